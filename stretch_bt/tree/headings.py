@@ -27,6 +27,13 @@ from stretch_bt.units import KINDS
 __all__ = ["FORMAT", "read_document"]
 
 FORMAT = "stretch-tree/1"
+#: files of other kinds, by how their formats begin: what each is, and who takes it
+OTHERS = {
+    "stretch-scene/": ("scene", "--scene of `stretch-bt run TREE`"),
+    "stretch-cell/": ("cell", "--cell of `stretch-bt run TREE`"),
+    "stretch-mocks/": ("mocks file", "--mocks of `stretch-bt run TREE`"),
+    "stretch-sweep/": ("sweep", "`stretch-bt sweep`"),
+}
 TOP = ("format", "doc", "imports", "devices", "scene", "tick", "params", "keys", "trees")
 BODY = ("sequence", "selector", "parallel", "main")
 
@@ -66,6 +73,7 @@ class _Headings(HeadingReader):
             raise FileError(
                 [root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {FORMAT}'")]
             )
+        _check_kind(root)
         super().__init__(Document(name, path, root, prefix))
         self.doc.files[name] = hashlib.sha256(text.encode()).hexdigest()
         self.overrides = overrides
@@ -155,3 +163,19 @@ class _Headings(HeadingReader):
                 **{f: getattr(declared, f) for f in Declared.__slots__}, value=declared.default
             )
         set_params(self.doc, self.overrides)
+
+
+def _check_kind(root: Map) -> None:
+    """Refuse a file of another kind by that alone: none of its keys is one of a tree."""
+    value = root.get("format")
+    for begin, (kind, taker) in OTHERS.items():
+        if isinstance(value, Scalar) and value.text.startswith(begin):
+            raise FileError(
+                [
+                    value.mark.error(
+                        "format-unknown",
+                        f"this is a {kind}, not a tree",
+                        f"begin a tree with 'format: {FORMAT}', and give this to {taker}",
+                    )
+                ]
+            )
