@@ -98,7 +98,11 @@ def sweep(
         shutil.copyfile(checked.file.path, folder / SWEEP)
         done = {key for key, status in rows.statuses.items() if status not in AGAIN}
         left = sum(spec.key not in done for spec in items)
-        stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+        try:
+            stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+        except KeyboardInterrupt as error:
+            error.add_note(f"{len(rows.statuses)} of {len(items)} items have a row; go on with --resume --out {folder}")
+            raise
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
