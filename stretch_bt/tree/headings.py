@@ -12,7 +12,7 @@ from typing import Any
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.own_modules import Modules
-from stretch_bt.source import Map, Scalar, Value, did_you_mean, parse, read_text
+from stretch_bt.source import FILE_KINDS, Map, Scalar, Value, did_you_mean, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.borders import FRAME, Borders
 from stretch_bt.tree.declarations import Declarations, known_keys
@@ -27,12 +27,12 @@ from stretch_bt.units import KINDS
 __all__ = ["FORMAT", "read_document"]
 
 FORMAT = "stretch-tree/1"
-#: files of other kinds, by how their formats begin: what each is, and who takes it
+#: who takes files of other kinds, by how their formats begin
 OTHERS = {
-    "stretch-scene/": ("scene", "--scene of `stretch-bt run TREE`"),
-    "stretch-cell/": ("cell", "--cell of `stretch-bt run TREE`"),
-    "stretch-mocks/": ("mocks file", "--mocks of `stretch-bt run TREE`"),
-    "stretch-sweep/": ("sweep", "`stretch-bt sweep`"),
+    "stretch-scene": "--scene of `stretch-bt run TREE`",
+    "stretch-cell": "--cell of `stretch-bt run TREE`",
+    "stretch-mocks": "--mocks of `stretch-bt run TREE`",
+    "stretch-sweep": "`stretch-bt sweep`",
 }
 TOP = ("format", "doc", "imports", "devices", "scene", "tick", "params", "keys", "trees")
 BODY = ("sequence", "selector", "parallel", "main")
@@ -168,14 +168,7 @@ class _Headings(HeadingReader):
 def _check_kind(root: Map) -> None:
     """Refuse a file of another kind by that alone: none of its keys is one of a tree."""
     value = root.get("format")
-    for begin, (kind, taker) in OTHERS.items():
-        if isinstance(value, Scalar) and value.text.startswith(begin):
-            raise FileError(
-                [
-                    value.mark.error(
-                        "format-unknown",
-                        f"this is a {kind}, not a tree",
-                        f"begin a tree with 'format: {FORMAT}', and give this to {taker}",
-                    )
-                ]
-            )
+    kind = value.text.partition("/")[0] if isinstance(value, Scalar) else ""
+    if isinstance(value, Scalar) and kind in OTHERS:
+        hint = f"begin a tree with 'format: {FORMAT}', and give this to {OTHERS[kind]}"
+        raise FileError([value.mark.error("format-unknown", f"this is a {FILE_KINDS[kind]}, not a tree", hint)])

@@ -42,6 +42,27 @@ def test_a_file_of_another_kind_is_named_with_who_takes_it(cli, tmp_path, format
     assert "device-type" not in err
 
 
+@pytest.mark.parametrize(
+    ("words", "format_", "said"),
+    [
+        (("doctor", "other.yaml"), "stretch-tree/1", "this is a tree, and a cell is wanted"),
+        (("sweep", "other.yaml"), "stretch-cell/1", "this is a cell, and a sweep is wanted"),
+        (
+            ("run", "watch_contact", "--scene", "other.yaml"),
+            "stretch-mocks/1",
+            "this is a mocks file, and a scene is wanted",
+        ),
+    ],
+)
+def test_where_another_kind_is_wanted_that_alone_is_told(cli, tmp_path, words, format_, said):
+    """A cell was told to be of the format that it did you mean, and then that it knows no key of a tree."""
+    (tmp_path / "other.yaml").write_text(f"format: {format_}\ntick: 10 ms\nnothing: 1\n")
+    code, _, err = cli(*words)
+    assert code == 2
+    assert said in err
+    assert "unknown key" not in err
+
+
 @pytest.mark.parametrize("name", ["press", "wait", "sequence"])
 def test_a_new_node_has_a_name_of_its_own(cli, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
