@@ -276,6 +276,10 @@ class Fuzz:
         valid = contact.labels != INVALID
         self.call("track_height", lambda: perception.track_height(contact.surface, valid, contact.labels, reach=REACH))
         self.call("contact_width", lambda: perception.contact_width(contact.surface, contact.labels))
+        self.call("contact_outline", lambda: perception.contact_outline(contact))
+        noise = contact.surface_noise
+        self.call("outline_at", lambda: perception.outline_at(contact.surface, 1.5e-3, noise=noise))
+        self.call("measure_contact", lambda: perception.measure_contact(contact.surface, contact.labels))
 
     def series(self, frames: list[DepthFrame]) -> None:
         """Run what follows frames in time."""

@@ -1,6 +1,7 @@
 """What `replay` says of a record that another processor made: the same run under settings that change kernels and threads.
 
-Run with `python benchmarks/replay_machines.py [--tree T] [--scene S] [--settings A B ...]`, on the tree's own scene unless told. Each
+Run with `python benchmarks/replay_machines.py [--tree T] [--scene S] [--set PARAMS] [--settings A B ...]`, on the tree's own scene
+unless told, with the tree's params from JSON. Each
 setting runs the tree once in a process of its own, then each replays the records of all. A cell says `identical`, or the largest
 difference of a number with `same` or `DIFFERS`; the last column is the largest relative difference of an output from the first setting.
 """
@@ -24,9 +25,11 @@ SETTINGS: dict[str, dict[str, str]] = {
     "numba generic": {"NUMBA_CPU_NAME": "generic"},
     "numpy AVX2 off": {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL X86_V3"},
 }
-RUN = (
-    "import sys; from stretch_bt.runtime.task import run; run(sys.argv[1], scene=sys.argv[2] or None, out=sys.argv[3])"
-)
+RUN = """\
+import json, sys
+from stretch_bt.runtime.task import run
+run(sys.argv[1], scene=sys.argv[2] or None, out=sys.argv[3], params=json.loads(sys.argv[4]))
+"""
 REPLAY = """\
 import json, sys
 from stretch_bt.runtime.replay import replay
@@ -69,6 +72,7 @@ def main() -> int:
     given = ArgumentParser(description=__doc__)
     given.add_argument("--tree", default="palpate_stiffness")
     given.add_argument("--scene", default="")
+    given.add_argument("--set", default="{}", dest="params", metavar="PARAMS")
     given.add_argument("--settings", nargs="+", choices=SETTINGS, default=list(SETTINGS))
     options = given.parse_args()
     wrong = 0
@@ -76,7 +80,7 @@ def main() -> int:
         cache, names = Path(place) / "cache", list(options.settings)
         records = {name: Path(place) / name.replace(" ", "_") for name in names}
         for name, record in records.items():
-            python(name, cache, RUN, options.tree, options.scene, str(record))
+            python(name, cache, RUN, options.tree, options.scene, str(record), options.params)
             print(name, json.loads((record / "run.json").read_text("utf-8"))["machine"]["blas"], flush=True)
         print("".join(f"{text:>17}" for text in ("replayed under", *names, "outputs")))
         for name in names:

@@ -52,6 +52,10 @@ class Comparison:
             return f"{self.ratio(row):.2f} times as slow as before, the least of up to {TIMES} runs"
         return None
 
+    def shared(self, rows: Iterable[Row]) -> int:
+        """Return how many rows were there before."""
+        return sum(row.key in self.old for row in rows)
+
     def missing(self, rows: Iterable[Row]) -> int:
         """Return how many answers of before, of the domains that are compared, are not among these rows."""
         found = [*rows]

@@ -57,7 +57,7 @@ def merged(rows: Iterable[Row]) -> list[Row]:
 
 def _object(path: Path, number: int, line: str) -> dict[str, Any]:
     try:
-        found = json.loads(line)
+        found = json.loads(line, parse_constant=_no_number)
     except ValueError as error:
         raise InvalidInput(f"{path}:{number}: this is no line of JSON: {error}") from None
     if not isinstance(found, dict):
@@ -92,3 +92,8 @@ def _wrong(found: dict[str, Any], known: list[str]) -> Iterator[str]:
     for name in ("error", "reference_error", "cpu_seconds", "robot_seconds", "kernel_seconds"):
         if not isinstance(found.get(name), int | float | None) or isinstance(found.get(name), bool):
             yield f"{name} is a number or null, not {found[name]!r}"
+
+
+def _no_number(name: str) -> float:
+    """Refuse NaN and infinity, which no row has."""
+    raise ValueError(f"{name} is no number")

@@ -16,7 +16,7 @@ from stretch_bt import cli
 from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
-from stretch_bt.errors import StretchError, writable
+from stretch_bt.errors import InvalidInput, StretchError, writable
 
 __all__ = ["app", "carry_out", "main"]
 
@@ -71,11 +71,24 @@ def _told(error: OSError) -> str:
     return writable(error)
 
 
+def _check_given(words: list[str]) -> None:
+    """Refuse a word without a letter, as an unset variable of a shell leaves it: the default would take its place in silence."""
+    for before, word in zip(["", *words], words, strict=False):
+        name, _, value = word.partition("=")
+        if word == "" and before.startswith("--"):
+            raise InvalidInput(f"{before} is empty; give it a value, or leave it out")
+        if word == "":
+            raise InvalidInput("an argument is empty; give it a value, or leave it out")
+        if name.startswith("--") and "=" in word and not value:
+            raise InvalidInput(f"{name} is empty; give it a value, or leave it out")
+
+
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
     if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
         stops.way = "raise"
     try:
+        _check_given(sys.argv[1:])
         app()
     except StretchError as error:
         if "--json" in sys.argv:

@@ -62,6 +62,14 @@ def command(
             write(folder, rows)
     if page is not None:
         _write_page(page, rows)
+    if not rows:
+        raise InvalidInput(
+            f"there is no row of {', '.join(names)} in these files; name a domain that they hold, or none for all"
+        )
+    if old is not None and not old.shared(rows):
+        raise InvalidInput(
+            "none of these rows is among those of before, so that nothing was compared; name the same domains and cases"
+        )
     flags = [] if old is None else [old.flag(row) for row in rows]
     if json_:
         emit_json(_documents(rows, flags), last=not any(flags))
@@ -118,6 +126,6 @@ def _show(rows: list[Row], old: Comparison | None, flags: list[str | None]) -> N
     if old is None:
         return
     worse = [f"{row.domain}: {row.setting}: {row.case}: {flag}" for row, flag in zip(rows, flags, strict=True) if flag]
-    typer.echo("\n".join(["", f"{len(worse)} of {len(rows)} rows are worse than before", *worse]))
+    typer.echo("\n".join(["", f"{len(worse)} of {old.shared(rows)} rows that were there before are worse", *worse]))
     if missing := old.missing(rows):
         typer.echo(f"{missing} answers of before were not measured")

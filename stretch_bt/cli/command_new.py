@@ -63,6 +63,8 @@ def command(
     if there := [str(path) for path in wanted if path.exists()]:
         raise InvalidInput(f"{there[0]} is there already; choose another name")
     _check_names(name, {path: text for path, text in wanted.items() if path.suffix == ".py"})
+    if what == "node":
+        _check_node(name)
     for path, text in wanted.items():
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -90,6 +92,15 @@ def _check_names(name: str, modules: Mapping[Path, str]) -> None:
             raise InvalidInput(
                 f"the class {_title(name)} would hide another {_title(name)} that {path} needs; {another}"
             )
+
+
+def _check_node(name: str) -> None:
+    """Raise InvalidInput where trees write something else by this name."""
+    from stretch_bt.tree.flow import CONSTRUCTS
+    from stretch_bt.tree.registry import load_all
+
+    if name in load_all() or name in CONSTRUCTS:
+        raise InvalidInput(f"trees write something else by {name!r} already; choose another name, such as my_{name}")
 
 
 def _bound(text: str) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.stops import stops
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -49,7 +50,11 @@ def command(
     shown = _Progress()
     with redirect_stdout(sys.stderr):  # what nodes print must not get among the summary
         chosen = engine_of(engine, workers, scheduler, shown.say)
-        found = sweep(file, chosen, out=out, resume=resume, progress=shown)
+        try:
+            found = sweep(file, chosen, out=out, resume=resume, progress=shown)
+        except KeyboardInterrupt as stopped:
+            stops.say("".join(f"stopped: {note}\n" for note in getattr(stopped, "__notes__", ())))
+            raise
     shown.end()
     if json_:
         emit_json(found.to_json())

@@ -15,7 +15,7 @@ from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["Lean", "lean_of"]
+__all__ = ["Lean", "lean_of", "share_beyond"]
 
 Image = npt.NDArray[np.float32]
 
@@ -100,23 +100,43 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
 
 def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estimate) -> Lean:
     """Return how a top leans by what lies in the plane of its contact."""
-    found = _grown(seen)
-    if found is None:
+    face = _leaning(seen, noise)
+    if face is None:
         return Lean(None, 0.0)
-    mask, plane, done = found
-    n = int(np.count_nonzero(mask)) * seen.every**2
-    leans = CLEARLY * _slope_sd(plane, n, noise) < plane.slope < STEEPEST
-    if not leans:
-        return Lean(None, 0.0)
+    mask, plane, done = face
     apart, clear = _apart(top, seen, mask, plane)
     unseen = OFF_UNCLEAR * abs(apart)
-    held = np.count_nonzero(mask & seen.start) > HELD * np.count_nonzero(seen.start & seen.seen)
-    if not held or _is_bent(points, seen, mask, noise):
+    if not _is_held(seen, mask) or _is_bent(points, seen, mask, noise):
         return Lean(None, unseen)
+    n = int(np.count_nonzero(mask)) * seen.every**2
     if not (done and clear):
         return Lean(Estimate(top.value, math.hypot(top.sd, unseen)), 0.0)
     sd = math.hypot(max(top.sd, _off(n, noise)), OFF * apart, RIM * plane.slope)
     return Lean(Estimate(top.value - apart, sd), 0.0)
+
+
+def share_beyond(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum) -> float:
+    """Return how many times the pixels in contact (h, w) the face that leans under them holds; 1 where no such face is seen."""
+    seen = _seen(points, valid, touching, noise)
+    face = _leaning(seen, noise) if seen.beside < FINE else None
+    if face is None or not _is_held(seen, face[0]):
+        return 1.0
+    return max(float(np.count_nonzero(face[0]) / np.count_nonzero(seen.start & seen.seen)), 1.0)
+
+
+def _leaning(seen: _Seen, noise: NoiseSpectrum) -> tuple[MaskArray, _Plane, bool] | None:
+    """Return what `_grown` does where its plane clearly leans, and is no flank, else None."""
+    found = _grown(seen)
+    if found is None:
+        return None
+    mask, plane, _ = found
+    n = int(np.count_nonzero(mask)) * seen.every**2
+    return found if CLEARLY * _slope_sd(plane, n, noise) < plane.slope < STEEPEST else None
+
+
+def _is_held(seen: _Seen, mask: MaskArray) -> bool:
+    """Tell whether what lies in the plane of a contact holds most of it."""
+    return bool(np.count_nonzero(mask & seen.start) > HELD * np.count_nonzero(seen.start & seen.seen))
 
 
 def _apart(top: Estimate, seen: _Seen, mask: MaskArray, plane: _Plane) -> tuple[float, bool]:

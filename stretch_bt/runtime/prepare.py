@@ -97,7 +97,7 @@ class Task:
         from stretch_bt.hardware.cell_file import load_cell
         from stretch_bt.runtime.reach import check_devices
 
-        spec = load_cell(self.cell or DEFAULT_CELL)
+        spec = load_cell(DEFAULT_CELL if self.cell is None else self.cell)
         check_devices(self.program, spec, wanted)
         return spec
 

@@ -64,6 +64,8 @@ class Ticker:
         self.telling = Telling(watchers, tree.nodes)
         self.planned = dict(planned or {})
         self.interrupts: list[str] = []
+        #: those of them that were not planned
+        self.heard: list[str] = []
         #: how many interrupts there were before what goes on began: the task, or a `finally`
         self.limit = 0
         self._cuts = dict(cuts or {})
@@ -78,6 +80,7 @@ class Ticker:
     def interrupt(self, why: str) -> None:
         """Ask what goes on to stop; may be called from a signal handler or another thread."""
         self.interrupts.append(why)
+        self.heard.append(why)
         self.clock.wake()
         self._patience.begin()
 

@@ -26,10 +26,16 @@ _LONGER, _MORE = 2.0, 5.0
 
 def arm_of(spec: CellSpec, device: str | None = None) -> str:
     """Return the name of a cell's arm; raises InvalidInput unless there is one of that name."""
-    arms = [name for name, d in spec.devices.items() if d.type == "Arm" and device in (None, name)]
-    if len(arms) != 1:
-        raise InvalidInput(f"{spec.path.name} has {len(arms)} arms of that name; name one with --device")
-    return arms[0]
+    arms = [name for name, d in spec.devices.items() if d.type == "Arm"]
+    if device is not None and device not in arms:
+        raise InvalidInput(f"{device!r} is no arm of {spec.path.name}; {_named(arms)}")
+    if device is None and len(arms) != 1:
+        raise InvalidInput(f"{spec.path.name} has {len(arms)} arms, and one is moved; {_named(arms)}")
+    return device or arms[0]
+
+
+def _named(arms: list[str]) -> str:
+    return f"name one with --device: {', '.join(arms)}" if arms else "it has none; add one to `devices`"
 
 
 def check_distance(spec: CellSpec, by: float) -> None:

@@ -11,9 +11,17 @@ from stretch_bt.errors import Diagnostic, FileError
 from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
 from stretch_bt.source.values import TRUTHS, Map, Scalar, Seq, Value
 
-__all__ = ["validate"]
+__all__ = ["FILE_KINDS", "validate"]
 
 M = TypeVar("M")
+#: by how formats begin: what files are
+FILE_KINDS = {
+    "stretch-tree": "tree",
+    "stretch-scene": "scene",
+    "stretch-cell": "cell",
+    "stretch-mocks": "mocks file",
+    "stretch-sweep": "sweep",
+}
 
 
 @few_suggestions()
@@ -25,6 +33,7 @@ def validate(model: type[M], value: Value) -> M:
         return TypeAdapter(model).validate_python(value.plain())
     except ValidationError as error:
         found = error.errors(include_url=False)
+        _check_kind(value, found)
         missing = [e for e in found if e["type"] == "missing"]
         for e in found:  # a misspelt key is also missing under its right name
             if e["type"] == "extra_forbidden":
@@ -32,6 +41,19 @@ def validate(model: type[M], value: Value) -> M:
                 meant = closest(str(e["loc"][-1]), [str(m["loc"][-1]) for m in beside])
                 found = found if meant is None else [m for m in found if m not in beside or m["loc"][-1] != meant]
         raise FileError([_explain(model, value, e) for e in found]) from None
+
+
+def _check_kind(root: Value, errors: Sequence[Any]) -> None:
+    """Refuse a file of another kind by that alone: none of its keys is one of the kind that is wanted."""
+    wrong = next((e for e in errors if e["loc"] == ("format",) and e["type"] == "literal_error"), None)
+    given = root.get("format") if isinstance(root, Map) else None
+    if wrong is None or not isinstance(given, Scalar):
+        return
+    wanted = wrong["ctx"]["expected"].strip("'")
+    kind, here = given.text.partition("/")[0], wanted.partition("/")[0].removeprefix("stretch-")
+    if kind in FILE_KINDS and kind != f"stretch-{here}":
+        what = f"this is a {FILE_KINDS[kind]}, and a {here} is wanted"
+        raise FileError([given.mark.error("format-unknown", what, f"name a file that begins with 'format: {wanted}'")])
 
 
 def _explain(model: type, root: Value, error: Any) -> Diagnostic:

@@ -107,7 +107,7 @@ class RowFile:
 
     def _parsed(self, line: bytes, number: int) -> dict[str, Any]:
         try:
-            row = json.loads(line)
+            row = json.loads(line, parse_constant=_no_number)
             if isinstance(row, dict) and isinstance(row["key"], str) and isinstance(row["status"], str):
                 return row
         except (ValueError, KeyError, RecursionError):
@@ -115,3 +115,8 @@ class RowFile:
         hint = "remove the line, so that its item is run again"
         finding = Diagnostic(str(self.path), number, 1, "error", "rows-damaged", "this line is no row of a sweep", hint)
         raise RecordError([finding])
+
+
+def _no_number(name: str) -> float:
+    """Refuse NaN and infinity, which no row has."""
+    raise ValueError(f"{name} is no number")

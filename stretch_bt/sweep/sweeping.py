@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -94,14 +94,32 @@ def sweep(
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with closing(RowFile(folder / ROWS)) as rows:
+    with _unless_refused(folder), closing(RowFile(folder / ROWS)) as rows:
         shutil.copyfile(checked.file.path, folder / SWEEP)
         done = {key for key, status in rows.statuses.items() if status not in AGAIN}
         left = sum(spec.key not in done for spec in items)
-        stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+        try:
+            stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+        except KeyboardInterrupt as error:
+            error.add_note(f"{len(rows.statuses)} of {len(items)} items have a row; go on with --resume --out {folder}")
+            raise
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
+
+
+@contextmanager
+def _unless_refused(folder: Path) -> Iterator[None]:
+    """Leave no folder without a row behind where an engine refuses to begin: the next try would find it in use."""
+    try:
+        yield
+    except InvalidInput:
+        if not (folder / ROWS).stat().st_size:
+            for name in (ROWS, SWEEP):
+                (folder / name).unlink(missing_ok=True)
+            with suppress(OSError):  # somebody else's file is in it
+                folder.rmdir()
+        raise
 
 
 def _run(engine: Engine, specs: Iterator[Spec], rows: RowFile, left: int, progress: Progress) -> int:
@@ -131,6 +149,8 @@ def _keep(rows: RowFile, ran: Ran) -> None:
 
 def _folder(out: str | Path | None, resume: bool) -> Path:
     if not resume:
+        if out is not None and (Path(out) / ROWS).is_file():
+            raise InvalidInput(f"{out} holds the rows of a sweep; go on with --resume, or name a new folder")
         return claim(None if out is None else Path(out))
     if out is None:
         raise InvalidInput("--resume goes on in a folder; name it with --out")

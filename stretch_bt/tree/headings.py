@@ -12,7 +12,7 @@ from typing import Any
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.own_modules import Modules
-from stretch_bt.source import Map, Scalar, Value, did_you_mean, parse, read_text
+from stretch_bt.source import FILE_KINDS, Map, Scalar, Value, did_you_mean, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.borders import FRAME, Borders
 from stretch_bt.tree.declarations import Declarations, known_keys
@@ -27,6 +27,13 @@ from stretch_bt.units import KINDS
 __all__ = ["FORMAT", "read_document"]
 
 FORMAT = "stretch-tree/1"
+#: who takes files of other kinds, by how their formats begin
+OTHERS = {
+    "stretch-scene": "--scene of `stretch-bt run TREE`",
+    "stretch-cell": "--cell of `stretch-bt run TREE`",
+    "stretch-mocks": "--mocks of `stretch-bt run TREE`",
+    "stretch-sweep": "`stretch-bt sweep`",
+}
 TOP = ("format", "doc", "imports", "devices", "scene", "tick", "params", "keys", "trees")
 BODY = ("sequence", "selector", "parallel", "main")
 
@@ -66,6 +73,7 @@ class _Headings(HeadingReader):
             raise FileError(
                 [root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {FORMAT}'")]
             )
+        _check_kind(root)
         super().__init__(Document(name, path, root, prefix))
         self.doc.files[name] = hashlib.sha256(text.encode()).hexdigest()
         self.overrides = overrides
@@ -155,3 +163,12 @@ class _Headings(HeadingReader):
                 **{f: getattr(declared, f) for f in Declared.__slots__}, value=declared.default
             )
         set_params(self.doc, self.overrides)
+
+
+def _check_kind(root: Map) -> None:
+    """Refuse a file of another kind by that alone: none of its keys is one of a tree."""
+    value = root.get("format")
+    kind = value.text.partition("/")[0] if isinstance(value, Scalar) else ""
+    if isinstance(value, Scalar) and kind in OTHERS:
+        hint = f"begin a tree with 'format: {FORMAT}', and give this to {OTHERS[kind]}"
+        raise FileError([value.mark.error("format-unknown", f"this is a {FILE_KINDS[kind]}, not a tree", hint)])

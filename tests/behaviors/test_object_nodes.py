@@ -79,7 +79,7 @@ def test_measure_outline_states_a_border_that_curvature_does_not_show() -> None:
     for measure in (pulled, free):
         assert tick(measure) is Status.SUCCESS, measure.reason
     assert free.sinks["area"].sd > 5 * pulled.sinks["area"].sd
-    assert 0.05 < free.sinks["circularity"].sd < 0.5
+    assert 0.05 < free.sinks["circularity"].sd < 0.6
 
 
 def test_nodes_that_write_to_one_key_add_to_one_cloud_until_reset() -> None:

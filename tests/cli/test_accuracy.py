@@ -1,8 +1,10 @@
 """The command accuracy, on a domain that is quick to measure."""
 
 import json
+import re
 import sys
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -155,12 +157,35 @@ def test_a_worse_error_is_flagged(cli, bench, error, flag):
     assert {row["worse"] for row in json.loads(out) if row["status"] == "ok"} == {flag}
 
 
+def test_what_shares_no_row_is_not_compared(cli, bench, tmp_path):
+    """Nothing was compared, and 0 of all rows were worse: a check that cannot fail."""
+    cli("membrane", "--out", "old")
+    rows = Path("old/accuracy.jsonl").read_text().splitlines()
+    Path("other.jsonl").write_text(
+        "\n".join([rows[0], *(row.replace('"case":"', '"case":"another ') for row in rows[1:])])
+    )
+    code, _, err = cli("membrane", "--compare", "other.jsonl")
+    assert (code, "nothing was compared" in err) == (2, True)
+    code, _, err = cli("force", "--from", "old/accuracy.jsonl")
+    assert (code, "there is no row of force" in err) == (2, True)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity"])
+def test_a_row_with_what_is_no_number_is_told_at_its_line(cli, bench, number):
+    cli("membrane", "--out", "old")
+    path = Path("old/accuracy.jsonl")
+    path.write_text(re.sub(r'"error":[0-9.e-]+', f'"error":{number}', path.read_text(), count=1))
+    code, _, err = cli("--from", str(path), "--json")
+    assert code == 2
+    assert f"accuracy.jsonl:2: this is no line of JSON: {number} is no number" in err
+
+
 def test_what_has_no_answer_any_more_is_flagged(cli, bench, monkeypatch):
     cli("membrane", "--out", "old")
     monkeypatch.setattr(bench, "answers", lambda name: bench.lost())
     code, out, _ = cli("membrane", "--compare", "old/accuracy.jsonl")
     assert code == 1
-    assert "2 of 3 rows are worse than before" in out
+    assert "2 of 3 rows that were there before are worse" in out
     assert "refused now, ok before: NoEquilibrium: it slid off" in out
 
 

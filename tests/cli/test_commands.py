@@ -1,6 +1,7 @@
 """The command line as scripts see it: one JSON document, exit codes, no traceback for a user's mistake."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -244,12 +245,13 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     assert cli("new", "node", "softness")[0] == 0
     (tmp_path / "t.yaml").write_text(
         "format: stretch-tree/1\nimports: {own: softness}\nkeys: {}\ntrees:\n  main:\n    out: {k: Stiffness}\n    sequence:\n"
-        "      - softness: {force: 1 N, deflection: 2 mm, stiffness: $k}\n"
+        "      - softness: {force: 1 N, force_sd: 0.1 N, deflection: 2 mm, deflection_sd: 0.1 mm, stiffness: $k}\n"
     )
     command = [sys.executable, "-m", "stretch_bt.cli", "run", "t.yaml", "--json", "-q"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": None}
+    sd = pytest.approx(math.hypot(0.1, 0.5 * 0.1) / 2)
+    assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": sd}
 
 
 def test_new_nodes_of_other_kinds_see_and_move(cli, tmp_path):

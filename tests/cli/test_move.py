@@ -63,7 +63,7 @@ REFUSED = [
     (("--up", "-5mm"), 2, "more than 0 mm"),
     (("--up", "10"), 2, "10 has no unit"),
     (("--up", "10mm", "--speed", "5mm"), 2, "5mm is Length, not Speed"),
-    (("--up", "10mm", "--device", "leg"), 2, "0 arms of that name"),
+    (("--up", "10mm", "--device", "leg"), 2, "'leg' is no arm of lab.yaml; name one with --device: arm"),
     (("--down", "60mm"), 2, "--down ends at a height of 140.0 mm, and below 150 mm the hand may meet something"),
     (("--up", "110mm"), 1, "height 310 mm is past the limits of the cell, 20 mm to 300 mm"),
     (("--up", "10mm", "--speed", "101mm/s"), 1, "speed 101 mm/s is past the limit of the cell, at most 100 mm/s"),

@@ -64,3 +64,22 @@ def test_the_schema_and_the_check_know_sweeps(cli, folder):
     code, out, _ = cli("schema", "sweep")
     assert (code, json.loads(out)["properties"]["format"]["const"]) == (0, "stretch-sweep/1")
     assert cli("check", "sweep.yaml", "--json")[:2] == (0, "[]\n")
+
+
+def test_what_was_done_before_an_interrupt_is_told(cli, folder, monkeypatch):
+    """It ended without a word, and the folder had to be guessed."""
+    from stretch_bt.sweep import sweeping
+
+    keep = sweeping._keep
+
+    def kept_and_interrupted(rows, ran):
+        keep(rows, ran)
+        raise KeyboardInterrupt("SIGINT")
+
+    monkeypatch.setattr(sweeping, "_keep", kept_and_interrupted)
+    code, _, err = cli("sweep", "sweep.yaml", "--out", "out")
+    assert code == 130
+    assert f"stopped: 1 of 3 items have a row; go on with --resume --out {folder / 'out'}" in err
+    monkeypatch.setattr(sweeping, "_keep", keep)
+    code, out, _ = cli("sweep", "sweep.yaml", "--resume", "--out", "out", "--json")
+    assert (code, json.loads(out)["before"]) == (0, 1)

@@ -35,7 +35,8 @@ seed: 3
 
 # (what is written, what instead of it, line, column, code, part of the message, part of the hint)
 MISTAKES = [
-    ("stretch-scene/1", "stretch-tree/1", 1, 9, "value", "format", "stretch-scene/1"),
+    ("stretch-scene/1", "stretch-tree/1", 1, 9, "format-unknown", "this is a tree, and a scene", "stretch-scene/1"),
+    ("stretch-scene/1", "stretch-scene/7", 1, 9, "value", "format", "stretch-scene/1"),
     ("object:", "objekt:", 3, 1, "key-unknown", "unknown key 'objekt'", "object"),
     ("doc: A ball.", "doc: 3", 2, 6, "value", "doc", ""),
     ("type: sphere", "type: spere", 4, 9, "value", "no 'spere'", "sphere"),

@@ -61,7 +61,17 @@ def test_a_torn_last_line_is_dropped_and_the_next_row_begins_there(rows, tmp_pat
     assert [len(found.get("text", "")) for found in again.rows(iter(["a", "c"]))] == [20_000, 0]
 
 
-@pytest.mark.parametrize("line", [b"{\n", b"[]\n", b"{}\n", b'{"key": 1, "status": "SUCCESS"}\n', b"\xff\n"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"{\n",
+        b"[]\n",
+        b"{}\n",
+        b'{"key": 1, "status": "SUCCESS"}\n',
+        b'{"key": "a", "status": "SUCCESS", "x": NaN}\n',
+        b"\xff\n",
+    ],
+)
 def test_a_line_that_is_no_row_is_told_at_its_place(rows, tmp_path, line):
     file = rows()
     file.write(row("a"))

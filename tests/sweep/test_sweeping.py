@@ -106,6 +106,28 @@ def test_folders_that_cannot_be_used_are_refused_before_anything_runs(lab, tmp_p
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["file"]
 
 
+def test_the_folder_of_a_sweep_is_gone_on_in(lab, tmp_path):
+    """It was said to be not empty, and that it should be emptied, which takes its rows."""
+    sweep(lab.file, out=tmp_path / "out")
+    with pytest.raises(InvalidInput, match="go on with --resume"):
+        sweep(lab.file, out=tmp_path / "out")
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_path, there):
+    def refuses(specs):
+        raise InvalidInput("there is no scheduler")
+        yield
+
+    out = tmp_path / "out"
+    if there:
+        out.mkdir()
+    with pytest.raises(InvalidInput, match="no scheduler"):
+        sweep(lab.file, refuses, out=out)
+    assert not out.exists()
+    assert sweep(lab.file, out=out).whole is True
+
+
 def test_a_wrong_file_is_refused_before_a_folder_is_made(lab, tmp_path):
     lab.sweep("tree: count.yaml\nset: {nothing: 1}")
     with pytest.raises(SweepError, match="param-unknown"):

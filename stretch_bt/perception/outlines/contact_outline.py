@@ -7,10 +7,12 @@ import math
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, NoAnswer
+from stretch_bt.perception.leaning import share_beyond
 from stretch_bt.perception.outlines.border import border_of, past_labels
 from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
 from stretch_bt.perception.surface import pitch_of
 from stretch_bt.perception.tension import LEAST_PULL
+from stretch_bt.perception.tops import noise_around
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact, MaskArray
 
 __all__ = ["contact_outline"]
@@ -19,6 +21,7 @@ LEAST_SOLID = 0.85  # area of a region over that of its convex hull
 # m, by which labels end off a border that curvature does not show, of a membrane that is pulled and of others, and how unlike that is along the
 # border, as a part of it (`python benchmarks/outline_errors.py`)
 UNSEEN, UNPULLED, UNLIKE = 2.2e-3, 8e-3, 0.4
+PART = 1.2  # times the labels that a leaning face holds, from which they are a part of the contact, and their border is none of it
 VAGUE = 0.5  # deviation of the border's place over the radius of the disc of the contact's area
 
 
@@ -27,19 +30,29 @@ def contact_outline(contact: Contact) -> Outline:
 
     The labels reach too far: the border lies where their region, less what `border_of` tells, ends. Where curvature does not show it, as
     of a membrane that is not pulled, of a contact that is seen in part, or of one that noise or the bending of the sheet hides, the labels
-    are taken as they are and the border is stated with `UNSEEN`, or `UNPULLED`.
+    are taken as they are and the border is stated with `UNSEEN`, or `UNPULLED`, and with how far a leaning face reaches past them.
 
     Raises
     ------
     NoContact, IllConditioned
         As `outline_of`.
     """
-    labelled = outline_of(contact.labels, contact.surface)
+    labelled, share = outline_of(contact.labels, contact.surface), _share_beyond(contact)
     try:
-        return _moved(contact)
+        if share < PART:
+            return _moved(contact)
     except NoAnswer:
-        place = UNSEEN if (contact.stretch or 0.0) >= LEAST_PULL else UNPULLED
-        return placed(labelled, place, 2.0 * math.pi * UNLIKE * place)
+        pass
+    beyond = (math.sqrt(share) - 1.0) * math.sqrt(labelled.area / math.pi)
+    place = math.hypot(UNSEEN if (contact.stretch or 0.0) >= LEAST_PULL else UNPULLED, beyond)
+    return placed(labelled, place, 2.0 * math.pi * UNLIKE * place)
+
+
+def _share_beyond(contact: Contact) -> float:
+    """Return how many times the labels the face that leans under them holds, 1 where none is seen."""
+    touching, valid = contact.labels == CONTACT, np.asarray(np.isfinite(contact.surface).all(axis=2))
+    noise = noise_around(contact.surface, valid, np.flatnonzero(touching))
+    return 1.0 if noise is None else share_beyond(contact.surface, valid, touching, noise)
 
 
 def _moved(contact: Contact) -> Outline:

@@ -31,6 +31,9 @@ __all__ = ["Outline", "outline_of", "placed"]
 HOLE = 9  # pixels across, from which pixels without depth are an area and no dropouts
 UNLABELLED = 7.5e-3  # m from such an area, within which curvature cannot be told and nothing is labelled as contact
 BESIDE_HOLE = 0.2  # share of an outline there
+# What a part of a perimeter that is not seen changes a circularity by, as a part of it: 2 where a wiggle takes no area, 1 where a corner that is
+# rounded takes as much of it (`python benchmarks/outline_errors.py`)
+SHAPE = 1.5
 LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring it leaves of its place
 
 
@@ -102,10 +105,10 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
 def placed(outline: Outline, sd: float, uneven: float = 0.0) -> Outline:
     """Return an outline with the deviation, m, of an error of place of all of it added to what it states.
 
-    `uneven`, m, is a further deviation of its perimeter; what shortens a perimeter takes area, too, which halves what a circularity loses.
+    `uneven`, m, is a further deviation of its perimeter.
     """
     ratio, perimeter = outline.roundness().circularity, outline.perimeter
-    lost = ratio * math.hypot((perimeter / outline.area - 4.0 * math.pi / perimeter) * sd, uneven / perimeter)
+    lost = ratio * math.hypot((perimeter / outline.area - 4.0 * math.pi / perimeter) * sd, SHAPE * uneven / perimeter)
     return replace(
         outline,
         area_sd=math.hypot(outline.area_sd, perimeter * sd),

@@ -250,6 +250,9 @@ def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:
     cells = explained.cells
     center, by_parameters = center_of(np.array([*fit.surface.q[:3], k]))
     covariance = fit.covariance[:4, :4] * explained.scale * explained.wider**2
+    shrunk = min(sd / math.sqrt(max(float(covariance[3, 3]), 1e-300)), 1.0)
+    covariance[3] *= shrunk  # a curvature that is surer than that of the fit moves the top by less, too
+    covariance[:, 3] *= shrunk
     covariance[3, 3] = sd**2
     spread = np.sqrt(np.einsum("ij,jk,ik->i", by_parameters, covariance, by_parameters).clip(0.0))
     return Sphere(

@@ -37,6 +37,7 @@ POINTS = 128
 FOLDED = 0.1  # share of the outline that may run backwards, as it does at tips that are sharper than it can be
 FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # what the prior's means follow
 STEPS = np.where(FOLLOWED == RATIO, 1e-5, 1e-7)
+ROUND = 0.05  # of the second moment along an axis: an outline whose moments differ by less is taken as along i
 HANDICAP = 0.009  # of the depth: the skirts of simple shapes miss up to 0.006 without noise
 RATIOS = (-0.5, 5.0)
 
@@ -114,11 +115,14 @@ class FreeForm:
         w = rows[:, OUTLINE] @ _powers().T
         x, y = w.real, np.exp(0.5 * np.clip(rows[:, RATIO], *RATIOS))[:, None] * w.imag
         xx, yy, xy = (x * x).mean(axis=1), (y * y).mean(axis=1), (x * y).mean(axis=1)
-        half, apart = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+        half, skew = 0.5 * (xx + yy), 0.5 * (xx - yy)
+        twice = np.arctan2(
+            xy, skew + ROUND * half
+        )  # a round outline lies along no axis: rounding would turn it, and its slopes
+        apart = skew * np.cos(twice) + xy * np.sin(twice)
         # around a square of side a the line has a second moment a^2 / 6 along each axis, around a circle a^2 / 8
         long, short = (np.sqrt(7.0 * np.maximum(half + sign * apart, 1e-8)) for sign in (1.0, -1.0))
-        turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-        sizes = np.column_stack([rows[:, 0], rows[:, 1], long, short, turn, np.maximum(rows[:, HEIGHT], 1e-4)])
+        sizes = np.column_stack([rows[:, 0], rows[:, 1], long, short, 0.5 * twice, np.maximum(rows[:, HEIGHT], 1e-4)])
         return self.skirt_prior.mean(sizes, self.context.stretch)
 
     def log_prior(self, q: Array) -> float:

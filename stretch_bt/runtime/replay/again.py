@@ -87,6 +87,8 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     ------
     RecordError
         The folder holds no record that can be replayed.
+    KeyboardInterrupt
+        A signal came before it was compared.
     """
     reader = RecordReader(Path(record), changed_log=True)
     if reader.run_info.get("calls"):
@@ -179,7 +181,10 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
         interrupts=_interrupts(reader.events),
         cuts={event["tick"]: event["cut_off"] for event in reader.events if event.get("cut_off")},
     )
-    return runner.run()
+    outcome = runner.run()
+    if runner.ticker.heard:  # the replay was interrupted, not what it repeats
+        raise KeyboardInterrupt(runner.ticker.heard[0])
+    return outcome
 
 
 def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:

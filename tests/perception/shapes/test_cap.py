@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from stretch_bt.perception import (
     to_membrane,
 )
 from stretch_bt.perception.shapes.blocks_kernel import blocks_within, fill_within
+from stretch_bt.perception.shapes.cap import _sphere
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 
@@ -102,3 +105,14 @@ def test_blocks_are_means_of_what_is_seen():
     assert blocks[:, 3].max() in (4, 9)
     np.testing.assert_allclose(blocks[:, 2], 0.2 * blocks[:, 0] + 0.1 * blocks[:, 1], atol=1e-12)
     assert len(blocks_within(surface, 1.0, 0.0, 0.02, 0.01, 100)) == 0
+
+
+@pytest.mark.parametrize("sure", [1.0, 0.3, 0.01])
+@pytest.mark.parametrize("alike", [0.99, -0.99])
+def test_a_curvature_that_is_surer_than_the_fit_leaves_the_middle_its_deviation(sure, alike):
+    """Beside a curvature of a fit that it does not have, the covariance was none: the middle was stated with 0."""
+    covariance = 1e-4 * (np.eye(4) + alike * (np.eye(4)[[3, 1, 2, 0]] - np.diag([0, 1, 1, 0])))
+    fit = SimpleNamespace(surface=SimpleNamespace(q=np.array([0.3, 0.2, 0.5, 0.8])), covariance=covariance)
+    explained = SimpleNamespace(cells=SimpleNamespace(size=0.01, origin=np.zeros(3)), scale=1.0, wider=1.0)
+    found = _sphere(fit, 0.8, 0.01 * sure, explained)
+    assert found.center_sd.min() > 1e-5

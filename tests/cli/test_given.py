@@ -1,0 +1,72 @@
+"""Words of the command line that no command should take."""
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "palpate_stiffness", "--cell", ""), "--cell is empty"),
+        (("run", "palpate_stiffness", "--scene="), "--scene is empty"),
+        (("run", "palpate_stiffness", "--out", ""), "--out is empty"),
+        (("run", ""), "an argument is empty"),
+        (("check", ""), "an argument is empty"),
+    ],
+)
+def test_a_variable_that_is_not_set_is_no_default(cli, tmp_path, monkeypatch, words, said):
+    """An empty --cell ran the twin in silence."""
+    monkeypatch.chdir(tmp_path)
+    code, _, err = cli(*words)
+    assert code == 2
+    assert said in err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("format_", "taker"),
+    [
+        ("stretch-mocks/1", "--mocks"),
+        ("stretch-scene/1", "--scene"),
+        ("stretch-cell/1", "--cell"),
+        ("stretch-sweep/1", "sweep"),
+    ],
+)
+def test_a_file_of_another_kind_is_named_with_who_takes_it(cli, tmp_path, format_, taker):
+    """It was told to write 'stretch-tree/1', and then that every key of it is wrong."""
+    path = tmp_path / "other.yaml"
+    path.write_text(f"format: {format_}\ndevices: {{a: b}}\nexpect: {{}}\n")
+    code, _, err = cli("run", str(path))
+    assert code == 2
+    assert "not a tree" in err
+    assert taker in err
+    assert "device-type" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "format_", "said"),
+    [
+        (("doctor", "other.yaml"), "stretch-tree/1", "this is a tree, and a cell is wanted"),
+        (("sweep", "other.yaml"), "stretch-cell/1", "this is a cell, and a sweep is wanted"),
+        (
+            ("run", "watch_contact", "--scene", "other.yaml"),
+            "stretch-mocks/1",
+            "this is a mocks file, and a scene is wanted",
+        ),
+    ],
+)
+def test_where_another_kind_is_wanted_that_alone_is_told(cli, tmp_path, words, format_, said):
+    """A cell was told to be of the format that it did you mean, and then that it knows no key of a tree."""
+    (tmp_path / "other.yaml").write_text(f"format: {format_}\ntick: 10 ms\nnothing: 1\n")
+    code, _, err = cli(*words)
+    assert code == 2
+    assert said in err
+    assert "unknown key" not in err
+
+
+@pytest.mark.parametrize("name", ["press", "wait", "sequence"])
+def test_a_new_node_has_a_name_of_its_own(cli, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = cli("new", "node", name)
+    assert code == 2
+    assert f"my_{name}" in err
+    assert not list(tmp_path.iterdir())
