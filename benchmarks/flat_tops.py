@@ -84,7 +84,7 @@ def reconstructed(kind: str, text: str, seed: int) -> Found:
     """Return what three presses tell of a body."""
     began, scene = time.process_time(), parse_scene(text)
     try:
-        cloud, contacts, relief = _pressed(scene, seed)
+        cloud, contacts, relief = pressed(scene, seed, scene.conditions.depth)
         solid = fit_object(cloud, contacts, fillet_sd=EDGE_SD, relief=relief)
     except (NoAnswer, NoEquilibrium) as error:
         return Found(text, why=str(error), seconds=time.process_time() - began)
@@ -101,14 +101,15 @@ def reconstructed(kind: str, text: str, seed: int) -> Found:
     return Found(text, solid.kind, errors, share, coverage(relief, unseen), time.process_time() - began)
 
 
-def _pressed(scene: Scene, seed: int) -> tuple[Cloud, list[Contact], Relief]:
+def pressed(scene: Scene, seed: int, depth: float, presses: int = len(YAWS)) -> tuple[Cloud, list[Contact], Relief]:
+    """Return what presses to a depth, m, over a body show of it: the cloud, its contacts and the map."""
     bench, cloud, contacts, relief = Bench(scene, seed), None, [], None
     bench.stretch(scene.conditions.stretch)
     x, y = scene.object.position.x, scene.object.position.y
-    half = bench.cell.hand.geometry.gauge / 2
-    for k, yaw in enumerate(YAWS):
+    half = 0.5 * (bench.cell.hand.geometry.gauge + scene.conditions.stretch)
+    for k, yaw in enumerate(YAWS[:presses]):
         at = Pose((x + (-3e-3, 0.0, 3e-3)[k], y + (2e-3, -3e-3, 0.0)[k], scene.object.top + CLEAR), (0.0, 0.0, yaw))
-        deep, shallow = _looks(bench, at, scene.conditions.depth)
+        deep, shallow = _looks(bench, at, depth)
         surface = surface_of(deep)
         assert deep.pose is not None
         assert shallow.pose is not None
@@ -131,14 +132,14 @@ def _looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFr
         free.add(shot)
     free.settle()
     pattern = free.pattern(geometry.gauge, width=geometry.width)
-    looks = []
+    seen = []
     for level in (depth, depth - max(RISE[0] * depth, RISE[1])):
         bench.go(above.at_height(bench.scene.object.top - level), PRESS)
         bench.time += SETTLE
         frame = bench.frame(FRAMES)
-        looks.append(frame if pattern is None else without_pattern(frame, pattern))
+        seen.append(frame if pattern is None else without_pattern(frame, pattern))
     bench.go(above, TRAVEL)
-    return looks[0], looks[1]
+    return seen[0], seen[1]
 
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[tuple[str, Found]]:

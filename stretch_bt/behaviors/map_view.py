@@ -8,6 +8,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clouds.cloud import CELL, Cloud
 from stretch_bt.perception.clouds.relief import Relief, add_view, carved
 from stretch_bt.perception.clouds.seen import view_of
+from stretch_bt.perception.clouds.stand_off import with_stand_off
 from stretch_bt.perception.clouds.views import contact_of, surface_of
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, InOut, Status
@@ -45,7 +46,7 @@ class MapView(Behavior):
         cloud = before if contact is None else perception.fuse_contact(contact, before, cell=CELL)
         self.relief = relief
         if cloud is not None:
-            self.cloud = carved(cloud, relief)
+            self.cloud = with_stand_off(carved(cloud, relief), relief)
         if contact is not None:
             self.contacts = [*(self.contacts or []), contact]
         return Status.SUCCESS

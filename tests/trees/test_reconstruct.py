@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stretch_bt.hardware.simulated.operator import SimulatedOperator
@@ -32,6 +33,16 @@ def commands(result, name):
     return [e["arguments"] for e in events if e["type"] == "command" and e["name"] == name]
 
 
+def felt_beyond(path):
+    """Return how far, mm, points that were felt lie outside the outline of the cube, of those that do, and what they state."""
+    _, rows = path.read_bytes().split(b"end_header\n")
+    rows = np.frombuffer(rows, "<f8, <f8, <f8, u1, u1, u1, <f4, <i4")
+    x, y, _, *_, sd, seen = (rows[name] for name in rows.dtype.names)
+    out = 1e3 * np.maximum(np.abs(x - 3e-3), np.abs(y)) - 20.0
+    there = (seen > 0) & (out > 0.5)
+    return out[there], 1e3 * sd[there]
+
+
 def test_a_cube_is_covered_by_planned_presses(reconstruct):
     result = reconstruct(max_presses=4)
     assert result.status == "SUCCESS", result.reason
@@ -50,6 +61,9 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     assert commands(result, "confirm") == []
     for name in ("cloud.ply", "cloud.png"):
         assert (Path(result.record) / name).stat().st_size > 1000
+    beyond, sd = felt_beyond(Path(result.record) / "cloud.ply")
+    assert len(beyond) > 20
+    assert np.sqrt(np.mean((beyond / sd) ** 2)) < 2.0, "it is 9.8 over noise and floor alone"
 
 
 @pytest.mark.slow

@@ -48,6 +48,9 @@ class Cloud(BriefRepr):
         How many were fused.
     scatter, repeats : float and int
         Sum of squared disagreements between contacts in units of their noise, and in how many cases.
+    apart : (n,) float, m, or None
+        Standard deviation of what else each point is off by: the membrane stands off the surface, the camera has a static error.
+        No repetition reduces it. None where no map of the presses told it.
     """
 
     points: Array
@@ -61,6 +64,7 @@ class Cloud(BriefRepr):
     contacts: int = 0
     scatter: float = 0.0
     repeats: int = 0
+    apart: Array | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -71,14 +75,19 @@ class Cloud(BriefRepr):
         return float(np.sqrt(self.scatter / self.repeats)) if self.repeats else 1.0
 
     @property
-    def sd(self) -> Array:
-        """Standard deviation (n,) of each point along its ray, m: noise, widened where contacts disagree, and the floor."""
+    def scatter_sd(self) -> Array:
+        """Standard deviation (n,) of each point along its ray against the others, m: noise, widened where contacts disagree, and the floor."""
         return np.hypot(self.noise * max(self.disagreement, 1.0), self.floor)
+
+    @property
+    def sd(self) -> Array:
+        """Standard deviation (n,) of each point along its ray, m: that against the others, and what else it is off by."""
+        return self.scatter_sd if self.apart is None else np.hypot(self.scatter_sd, self.apart)
 
     def part(self, kept: npt.NDArray[np.bool_]) -> Cloud:
         """Return the cloud of the points (n,) that are kept."""
         arrays = {name: getattr(self, name)[kept] for name in ("points", "noise", "rays", "seen", "columns")}
-        return replace(self, **arrays)
+        return replace(self, **arrays, apart=None if self.apart is None else self.apart[kept])
 
     def save(self, path: str | Path, *, text: bool = False) -> None:
         """Write the cloud: as PLY, binary or text, where the path ends in .ply, as a picture where it ends in .png.

@@ -88,7 +88,7 @@ def _largest(cloud: Cloud, normals: Array, left: npt.NDArray[np.bool_]) -> Face 
     """Return the plane in which most of the points lie that are left, or None when no plane has enough."""
     some = np.flatnonzero(left)
     some = some[:: max(1, len(some) // 4000)]
-    points, outward, sd = cloud.points[some], normals[some], cloud.sd[some]
+    points, outward, sd = cloud.points[some], normals[some], cloud.scatter_sd[some]
     seeds = np.linspace(0, len(some) - 1, min(GUESSES, len(some))).astype(np.int64)
     # The distance of every point from the plane through every seed across its normal, in standard deviations.
     away = (points @ outward[seeds].T - np.einsum("ij,ij->i", points[seeds], outward[seeds])) / sd[:, None]
@@ -115,7 +115,7 @@ def _near(cloud: Cloud, normals: Array, normal: Array, middle: Array, band: floa
 
 def _across(cloud: Cloud, normal: Array) -> Array:
     """Return the standard deviation of each point along a normal: that along its ray, and at least a part of it."""
-    return np.hypot(cloud.sd * np.abs(cloud.rays @ normal), np.maximum(GRAZING * cloud.noise, cloud.floor))
+    return np.hypot(cloud.scatter_sd * np.abs(cloud.rays @ normal), np.maximum(GRAZING * cloud.noise, cloud.floor))
 
 
 def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Face:

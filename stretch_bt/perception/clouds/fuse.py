@@ -154,6 +154,7 @@ def _merged(cloud: Cloud, new: Cloud) -> Cloud:
         contacts=cloud.contacts + 1,
         scatter=cloud.scatter + float(((pull / reach) ** 2).sum()),
         repeats=cloud.repeats + len(pull),
+        apart=None,
     )
     return _without_outvoted(joined)
 
@@ -189,5 +190,4 @@ def _without_outvoted(cloud: Cloud) -> Cloud:
     kept = OUTVOTED * cloud.seen > most[keys]
     if kept.all():
         return cloud
-    arrays = {name: getattr(cloud, name)[kept] for name in ("points", "noise", "rays", "seen", "columns")}
-    return replace(cloud, **arrays)
+    return cloud.part(kept)

@@ -15,11 +15,12 @@ import numpy.typing as npt
 
 from stretch_bt.perception.clouds.expected import TENSIONS
 
-__all__ = ["bends", "supported"]
+__all__ = ["bend_along", "bends", "supported"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+SECOND = ((2, 0), (0, 2), (1, 1))  # orders of the second derivatives
 SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and by which a bend seems wider on either side
 ROUNDS = 6  # by which slopes at a border settle
 FLAT = 12.0  # 1/m: less is called flat
@@ -97,13 +98,44 @@ def bends(heights: Array, *, cell: float) -> tuple[Array, Array]:
     return bent.most, bent.least
 
 
-def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:
+def bend_along(heights: Array, at: Array, steps: Array, *, cell: float) -> Array:
+    """Return how a surface bends along its slope (k, n), 1/m, positive where convex, as far up the slope from each place as the steps say.
+
+    Parameters
+    ----------
+    heights : (p, q) float, m
+        Of the surface over cells, NaN where unknown.
+    at : (2, n) float, cells
+        Places; whole numbers are middles of cells.
+    steps : (k,) float, cells
+    cell : float, m
+        Width of a cell.
+    """
+    from scipy.ndimage import map_coordinates
+
+    def there(values: Array, places: Array) -> Array:
+        return np.asarray(map_coordinates(values, places, order=1, mode="nearest"))
+
+    up = np.stack([there(slope, at) for slope in _derivatives(heights, ((1, 0), (0, 1)))])
+    up /= np.maximum(np.linalg.norm(up, axis=0), 1e-12)
+    weights = up[0] ** 2, up[1] ** 2, 2 * up[0] * up[1]
+    seconds = [-d / cell**2 for d in _derivatives(heights, SECOND)]
+    places = at[:, None] + steps[:, None] * up[:, None]
+    return np.asarray(sum(w * there(d, places) for w, d in zip(weights, seconds, strict=True)))
+
+
+def _derivatives(heights: Array, orders: tuple[tuple[int, int], ...]) -> list[Array]:
+    """Return smoothed derivatives, each (n, m), by cells, of heights (n, m), m, NaN where unknown."""
     from scipy.ndimage import gaussian_filter
 
     beyond = round(4 * SCALE)
     z = _continued(np.pad(heights, beyond, constant_values=np.nan))
     inner = slice(beyond, -beyond), slice(beyond, -beyond)
-    xx, yy, xy = (gaussian_filter(z, SCALE, order=o)[inner] / cell**2 for o in ((2, 0), (0, 2), (1, 1)))
+    return [gaussian_filter(z, SCALE, order=order)[inner] for order in orders]
+
+
+def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:
+    xx, yy, xy = (d / cell**2 for d in _derivatives(heights, SECOND))
     c, s = np.cos(turn), np.sin(turn)
     along, across = s * s * xx - 2 * s * c * xy + c * c * yy, c * c * xx + 2 * s * c * xy + s * s * yy
     mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)

@@ -84,7 +84,8 @@ def told_points(cloud: Cloud, relief: Relief) -> Cloud:
         name: np.concatenate([getattr(kept, name), getattr(more, name)])
         for name in ("points", "noise", "rays", "columns")
     }
-    return replace(kept, **both, seen=np.concatenate([kept.seen, 0 * more.seen]))
+    apart = None if kept.apart is None else np.concatenate([kept.apart, np.zeros(len(more))])
+    return replace(kept, **both, seen=np.concatenate([kept.seen, 0 * more.seen]), apart=apart)
 
 
 def _bends(relief: Relief, seen: Mask) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.dimensions import measure_object
 from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.stand_off import HANG_SD
 from stretch_bt.perception.solids.agree import SURFACES, Surface, contradiction, surface_of_domes, surface_of_points
 from stretch_bt.perception.solids.block import block, disc
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
@@ -37,8 +38,6 @@ FAMILY = {
     **dict.fromkeys(("ridge", "half_cylinder"), "crest"),
     **dict.fromkeys(("domes", "point"), "round"),
 }
-#: m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
-HANG_SD = 0.2e-3
 MARGIN = 10e-3  # m beyond the top within which its outline is sought
 
 

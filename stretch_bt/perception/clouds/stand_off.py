@@ -1,0 +1,86 @@
+"""How far a membrane may stand off the object where it seems to touch: beyond an edge, over which it bends.
+
+A membrane that resists bending passes over an edge in a bend some millimetres wide. Just beyond the edge it hangs free, but so close to
+where it is held that it stays as the hand rises, and is bent as one that lies on something. What is under it there, a wall or a flank, no
+press from above tells. Up the slope the bend ends on the top, farther inside the edge the gentler it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.support import LEAST, SMEARED, bend_along
+
+__all__ = ["HANG_SD", "end_of_bend", "stand_off", "with_stand_off"]
+
+Array = npt.NDArray[np.float64]
+
+#: m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+HANG_SD = 0.2e-3
+#: m from an edge inwards to where the bend over it is half of its most, however sharp; rad, which over the bend adds to that; and the
+#: standard deviation of both, m (`python benchmarks/cloud_errors.py`)
+INSIDE, ANGLE, INSIDE_SD = 3.0e-3, 0.03, 0.6e-3
+FARTHEST, STEP = 9.0, 0.5  # cells up the slope that the end of a bend is sought, and between looks
+#: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4
+ROUND = 5.5
+
+
+def with_stand_off(cloud: Cloud, relief: Relief) -> Cloud:
+    """Return a cloud of the world whose points count what the camera and the membrane may have them off by beside their noise."""
+    return replace(cloud, apart=np.hypot(HANG_SD, stand_off(cloud.points, relief)))
+
+
+def stand_off(points: Array, relief: Relief) -> Array:
+    """Return the standard deviations (n,), m, by which the membrane may stand off the object at points (n, 3), m, world.
+
+    It is the root mean square of how far a point lies outside an edge whose place is uncertain: within it the membrane lies on the top.
+
+    Parameters
+    ----------
+    points : (n, 3) float, m, world
+        Where it seemed to touch.
+    relief : Relief
+        The map with their presses in it.
+    """
+    from scipy.special import ndtr
+
+    if not len(points):
+        return np.zeros(0)
+    end, bend = end_of_bend(points, relief)
+    over = end - INSIDE - ANGLE / np.maximum(bend, LEAST)
+    # Farther out the membrane is not taken for contact: what it lies on there is held up by something else.
+    out = np.where(over < SMEARED * relief.cell + INSIDE_SD, over, -INSIDE) / INSIDE_SD
+    density = np.exp(-(out**2) / 2) / np.sqrt(2 * np.pi)
+    return np.asarray(INSIDE_SD * np.sqrt(np.maximum((1 + out**2) * ndtr(out) + out * density, 0.0)))
+
+
+def end_of_bend(points: Array, relief: Relief) -> tuple[Array, Array]:
+    """Return how far up the slope from points (n, 3) the bend of the membrane falls to half of its most, m, and the most, 1/m.
+
+    The way is 0 where nothing is bent or the bend goes on, as over a dome.
+    """
+    steps = np.arange(0.0, FARTHEST + STEP / 2, STEP)
+    bend = _bends(points, relief, steps)
+    most = np.maximum.accumulate(bend, axis=0)
+    low = bend < most / 2
+    after, every = np.maximum(low.argmax(axis=0), 1), np.arange(len(points))
+    top, before, behind = most[after, every], bend[after - 1, every], bend[after, every]
+    way = steps[after - 1] + STEP * (before - top / 2) / np.maximum(before - behind, 1e-9)
+    edge = low.any(axis=0) & (top > LEAST) & (way - steps[(bend == top).argmax(axis=0)] < ROUND)
+    return np.where(edge, way * relief.cell, 0.0), top
+
+
+def _bends(points: Array, relief: Relief, steps: Array) -> Array:
+    """Return the bends (k, n), 1/m, along the slope at points (n, 3), of the lowest membrane steps (k,), cells, up that slope."""
+    from scipy.ndimage import find_objects
+
+    seen = np.isfinite(relief.ceiling)
+    part = find_objects(seen.astype(np.int64))[0]
+    corner = np.array([p.start for p in part]) + relief.origin + 0.5
+    heights = np.where(seen, relief.ceiling, np.nan)[part]
+    return bend_along(heights, (points[:, :2] / relief.cell - corner).T, steps, cell=relief.cell)
