@@ -26,7 +26,7 @@ HANG_SD = 0.2e-3
 #: standard deviation of both, m (`python benchmarks/cloud_errors.py`)
 INSIDE, ANGLE, INSIDE_SD = 3.0e-3, 0.03, 0.6e-3
 FARTHEST, STEP = 9.0, 0.5  # cells up the slope that the end of a bend is sought, and between looks
-#: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4
+#: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4; by hand, on drawn bodies
 ROUND = 5.5
 
 

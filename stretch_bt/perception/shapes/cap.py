@@ -39,7 +39,9 @@ MODEL, MODEL_PULLED = 0.006, 0.025
 # into the rim (m). A sheet that nothing pulls is never rounder than a ball of a few bending lengths: part (m / radius)^4 under smooth noise.
 # Sheets of 2 mm under balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm (benchmarks/perception_contact_bending.py).
 BENDING, HIDDEN, HIDING = 0.008, 5e-3, 0.1e-3  # HIDING: m of smooth noise that hides all of it
-RIM, RIM_TAUT, RIM_SLACK = 0.25, 1.7e-3, 2.2e-3
+RIM, RIM_TAUT = 0.25, 1.7e-3
+# m by which mounts and stretch together pull, below which the bend is wider, as sqrt(D / T) is; and what the mounts of the paper's hand do
+TAUT, MOUNTED = 30e-3, 11.9e-3
 SLACK, ROUND, ROUND_SLACK = 2e-3, 0.35, 14e-3  # SLACK: m of stretch, below which nothing pulls
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
@@ -135,9 +137,14 @@ def _model_error(contact: Contact, explained: _Explained, surface: PressedSurfac
     pulled = steep**2 * math.hypot(MODEL, MODEL_PULLED * min(abs(float(surface.q[8])), 1.0))
     stretch = getattr(contact, "stretch", None)  # one made by hand may lack it
     slack = stretch is not None and stretch < SLACK
-    small = RIM * ((RIM_SLACK if slack else RIM_TAUT) / (size * surface.rim)) ** 4
+    small = RIM * (_bend(stretch) / (size * surface.rim)) ** 4
     round_ = ROUND * _hiding(contact, explained) * (ROUND_SLACK * curvature / size) ** 4 if slack else 0.0
     return math.hypot(pulled, BENDING, small, round_)
+
+
+def _bend(stretch: float | None) -> float:
+    """Return the width, m, over which a sheet of a stretch, m, leaves a body."""
+    return RIM_TAUT if stretch is None else RIM_TAUT * math.sqrt(max(TAUT / (MOUNTED + stretch), 1.0))
 
 
 def _check_shape(explained: _Explained) -> None:
