@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.errors import InvalidInput, MocksError
+from stretch_bt.errors import InvalidInput, MocksError, TreeError
 from stretch_bt.runtime import mocks_file
 from stretch_bt.source import parse
 from stretch_bt.tree.flow import CONSTRUCTS
@@ -163,7 +163,10 @@ def errors(validator: jsonschema.protocols.Validator, text: str) -> list[str]:
 def findings(text: str, folder: Path) -> list[str]:
     path = folder / "a.yaml"
     path.write_text(text, encoding="utf-8")
-    return [str(d) for d in load_program(path).errors]
+    try:
+        return [str(d) for d in load_program(path).errors]
+    except TreeError as error:  # of a file that is none of a tree at all
+        return [str(d) for d in error.diagnostics]
 
 
 @pytest.mark.parametrize("kind", KINDS_OF_FILE)
