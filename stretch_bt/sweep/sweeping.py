@@ -94,7 +94,7 @@ def sweep(
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with _unless_refused(folder), closing(RowFile(folder / ROWS)) as rows:
+    with closing(RowFile(folder / ROWS)) as rows, _unless_refused(rows):
         shutil.copyfile(checked.file.path, folder / SWEEP)
         done = {key for key, status in rows.statuses.items() if status not in AGAIN}
         left = sum(spec.key not in done for spec in items)
@@ -109,12 +109,13 @@ def sweep(
 
 
 @contextmanager
-def _unless_refused(folder: Path) -> Iterator[None]:
+def _unless_refused(rows: RowFile) -> Iterator[None]:
     """Leave no folder without a row behind where an engine refuses to begin: the next try would find it in use."""
     try:
         yield
     except InvalidInput:
-        if not (folder / ROWS).stat().st_size:
+        if not rows.statuses:
+            folder = rows.path.parent
             for name in (ROWS, SWEEP):
                 (folder / name).unlink(missing_ok=True)
             with suppress(OSError):  # somebody else's file is in it

@@ -8,6 +8,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput, RecordError, SweepError
 from stretch_bt.sweep import Ran, sweep
+from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.summary import Summary
 
 
@@ -126,6 +127,16 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
+
+
+def test_a_sweep_that_has_no_row_yet_keeps_its_file_where_another_is_refused(lab, tmp_path):
+    """The other took the empty file of the first away, and with it all rows that it was to write."""
+    (tmp_path / "out").mkdir()
+    first = RowFile(tmp_path / "out" / ROWS)
+    with pytest.raises(InvalidInput, match="another sweep writes to this file"):
+        sweep(lab.file, out=tmp_path / "out", resume=True)
+    assert first.path.is_file()
+    first.close()
 
 
 def test_a_wrong_file_is_refused_before_a_folder_is_made(lab, tmp_path):
