@@ -11,6 +11,7 @@ from typing import Any
 from stretch_bt.accuracy.points import STATUSES, Cost, Row, Setting
 from stretch_bt.accuracy.registry import names
 from stretch_bt.errors import InvalidInput
+from stretch_bt.source.strict_json import no_number
 
 __all__ = ["FORMAT", "merged", "read", "write"]
 
@@ -57,7 +58,7 @@ def merged(rows: Iterable[Row]) -> list[Row]:
 
 def _object(path: Path, number: int, line: str) -> dict[str, Any]:
     try:
-        found = json.loads(line, parse_constant=_no_number)
+        found = json.loads(line, parse_constant=no_number)
     except ValueError as error:
         raise InvalidInput(f"{path}:{number}: this is no line of JSON: {error}") from None
     if not isinstance(found, dict):
@@ -92,8 +93,3 @@ def _wrong(found: dict[str, Any], known: list[str]) -> Iterator[str]:
     for name in ("error", "reference_error", "cpu_seconds", "robot_seconds", "kernel_seconds"):
         if not isinstance(found.get(name), int | float | None) or isinstance(found.get(name), bool):
             yield f"{name} is a number or null, not {found[name]!r}"
-
-
-def _no_number(name: str) -> float:
-    """Refuse NaN and infinity, which no row has."""
-    raise ValueError(f"{name} is no number")

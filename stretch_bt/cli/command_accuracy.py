@@ -51,6 +51,10 @@ def command(
         raise InvalidInput("--quick says what is measured, and --from measures nothing; leave one of them out")
     old = None if compare is None else Comparison(read(compare))
     given = [row for path in files for row in read(path) if not names or row.domain in names]
+    if files and not given:
+        raise InvalidInput(
+            f"there is no row of {', '.join(names) or 'any domain'} in these files; name a domain that they hold, or none for all"
+        )
     folder = None if out is None else claim(out)
     rows: list[Row] = []
     try:
@@ -62,10 +66,6 @@ def command(
             write(folder, rows)
     if page is not None:
         _write_page(page, rows)
-    if not rows:
-        raise InvalidInput(
-            f"there is no row of {', '.join(names)} in these files; name a domain that they hold, or none for all"
-        )
     if old is not None and not old.shared(rows):
         raise InvalidInput(
             "none of these rows is among those of before, so that nothing was compared; name the same domains and cases"

@@ -7,7 +7,7 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["read_json"]
+__all__ = ["no_number", "read_json"]
 
 
 def read_json(text: str | bytes) -> Any:
@@ -18,3 +18,8 @@ def read_json(text: str | bytes) -> Any:
         raise InvalidInput("it is JSON nested too deeply to be read") from None
     except ValueError as error:
         raise InvalidInput(f"it is no JSON: {error}") from None
+
+
+def no_number(name: str) -> float:
+    """Refuse NaN and infinity, which Python's JSON takes: a `parse_constant` of rows, none of which has one."""
+    raise ValueError(f"{name} is no number")

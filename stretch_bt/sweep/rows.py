@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from stretch_bt.errors import Diagnostic, InvalidInput, RecordError
+from stretch_bt.source.strict_json import no_number
 
 __all__ = ["ROWS", "RowFile"]
 
@@ -107,7 +108,7 @@ class RowFile:
 
     def _parsed(self, line: bytes, number: int) -> dict[str, Any]:
         try:
-            row = json.loads(line, parse_constant=_no_number)
+            row = json.loads(line, parse_constant=no_number)
             if isinstance(row, dict) and isinstance(row["key"], str) and isinstance(row["status"], str):
                 return row
         except (ValueError, KeyError, RecursionError):
@@ -115,8 +116,3 @@ class RowFile:
         hint = "remove the line, so that its item is run again"
         finding = Diagnostic(str(self.path), number, 1, "error", "rows-damaged", "this line is no row of a sweep", hint)
         raise RecordError([finding])
-
-
-def _no_number(name: str) -> float:
-    """Refuse NaN and infinity, which no row has."""
-    raise ValueError(f"{name} is no number")

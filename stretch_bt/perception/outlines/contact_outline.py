@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 
@@ -38,11 +39,9 @@ def contact_outline(contact: Contact) -> Outline:
         As `outline_of`.
     """
     labelled, share = outline_of(contact.labels, contact.surface), _share_beyond(contact)
-    try:
-        if share < PART:
+    if share < PART:
+        with suppress(NoAnswer):
             return _moved(contact)
-    except NoAnswer:
-        pass
     beyond = (math.sqrt(share) - 1.0) * math.sqrt(labelled.area / math.pi)
     place = math.hypot(UNSEEN if (contact.stretch or 0.0) >= LEAST_PULL else UNPULLED, beyond)
     return placed(labelled, place, 2.0 * math.pi * UNLIKE * place)

@@ -116,9 +116,8 @@ class FreeForm:
         x, y = w.real, np.exp(0.5 * np.clip(rows[:, RATIO], *RATIOS))[:, None] * w.imag
         xx, yy, xy = (x * x).mean(axis=1), (y * y).mean(axis=1), (x * y).mean(axis=1)
         half, skew = 0.5 * (xx + yy), 0.5 * (xx - yy)
-        twice = np.arctan2(
-            xy, skew + ROUND * half
-        )  # a round outline lies along no axis: rounding would turn it, and its slopes
+        # a round outline lies along no axis: rounding would turn it, and its slopes
+        twice = np.arctan2(xy, skew + ROUND * half)
         apart = skew * np.cos(twice) + xy * np.sin(twice)
         # around a square of side a the line has a second moment a^2 / 6 along each axis, around a circle a^2 / 8
         long, short = (np.sqrt(7.0 * np.maximum(half + sign * apart, 1e-8)) for sign in (1.0, -1.0))
