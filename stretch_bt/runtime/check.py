@@ -77,7 +77,7 @@ def _scene_of(document: Document) -> list[Diagnostic]:
 
 
 def _mocks(path: Path) -> list[Diagnostic]:
-    found = mocks_file.read_mocks(path)
+    found = mocks_file.read_mocks(path, keep=True)
     tree = tree_of(found)
     program = load_program(tree, None, modules_below(path, tree, "mocks file"))
     if program.errors:

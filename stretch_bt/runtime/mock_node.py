@@ -148,7 +148,11 @@ class MockNode(FlowNode):
         status = self._status()
         if status is Status.SUCCESS:
             for cell, values in self.outputs:
-                cell.write(next(values), self.path)
+                value = next(values)
+                if value is None:
+                    cell.unset(self.path)
+                else:
+                    cell.write(value, self.path)
         elif status is Status.FAILURE:
             self.feedback_message = self.rule.message or "mocked failure"
         return status

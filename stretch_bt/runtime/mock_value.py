@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.runtime.mock_arrays import MockArrays, array_fields
 from stretch_bt.runtime.partial_record import FieldReader, record_of
 from stretch_bt.source import Map, Seq, Value
+from stretch_bt.tree.port_check import PortCheck, allows_none
 from stretch_bt.tree.types import Family, Type, attributes
-from stretch_bt.tree.values import is_none, literal, refuse
+from stretch_bt.tree.values import check_bounds, example, is_none, literal, refuse
 from stretch_bt.units import Estimate
 
-__all__ = ["mock_value"]
+__all__ = ["check_port", "mock_value"]
 
 
 def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None = None) -> Any:
@@ -40,15 +42,31 @@ def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None =
     return _record(value, type_.cls, what, arrays or MockArrays(Path(value.mark.file).parent))
 
 
+def check_port(given: Any, port: PortCheck, value: Value, what: str) -> None:
+    """Raise Refused where the node itself could not write what its mock writes; `value` is its place in the file."""
+    if given is None and not port.optional:
+        refuse(value.mark, "type-mismatch", f"{what} is never none", example(port.type))
+    if given is not None:
+        check_bounds(given, port.type, *port.bounds, value.mark, what)
+    try:
+        port.judge(given)
+    except InvalidInput as error:
+        refuse(value.mark, "type-mismatch", f"{what}: {error}", example(port.type))
+
+
 def _estimate(value: Map, type_: Type, what: str) -> Estimate:
     fields = {k.text: literal(v, type_, f"{what}.{k.text}") for k, v in value}
     if set(fields) != {"value", "sd"}:
         hint = "write '{value: 1 mm, sd: 0.1 mm}'"
         refuse(value.mark, "type-mismatch", f"{what} takes a value and its sd", hint)
-    if fields["sd"] < 0:
-        message = f"{what}.sd is a standard deviation, which is not below 0"
-        refuse(value.mark, "out-of-bounds", message, "write '0' with its unit, or more")
+    _check_deviation(fields["sd"], value, f"{what}.sd")
     return Estimate(fields["value"], fields["sd"])
+
+
+def _check_deviation(given: float, value: Value, what: str) -> None:
+    if given < 0:
+        message = f"{what} is a standard deviation, which is not below 0"
+        refuse(value.mark, "out-of-bounds", message, "write '0' with its unit, or more")
 
 
 def _record(value: Map, cls: type, what: str, arrays: MockArrays) -> Any:
@@ -57,8 +75,13 @@ def _record(value: Map, cls: type, what: str, arrays: MockArrays) -> Any:
     def array(inner: Value, dtype: np.dtype[Any] | None, name: str) -> Any:
         return None if is_none(inner) else arrays.read(inner, dtype, name)
 
-    def plain(inner: Value, type_: Type, _: Any, name: str) -> Any:
-        return None if is_none(inner) else mock_value(inner, type_, name, arrays)
+    def plain(inner: Value, type_: Type, annotation: Any, name: str) -> Any:
+        if is_none(inner) and not allows_none(annotation):
+            refuse(inner.mark, "type-mismatch", f"{name} is never none", f"{example(type_)}, or leave it out")
+        given = None if is_none(inner) else mock_value(inner, type_, name, arrays)
+        if given is not None and name.endswith("_sd") and type_.is_number:
+            _check_deviation(given, inner, name)
+        return given
 
     fields = ((key.text, key.mark, inner) for key, inner in value)
     reader = FieldReader(array, plain, "mocked {}", "add it to the mock's outputs")

@@ -20,13 +20,13 @@ from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
-from stretch_bt.runtime.mock_value import mock_value
+from stretch_bt.runtime.mock_value import check_port, mock_value
 from stretch_bt.source import Mark, Scalar, Value, closest, did_you_mean
 from stretch_bt.tree.build import Builder, BuiltTree, build
-from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.expression import ExpressionError, bind, parse, typecheck
-from stretch_bt.tree.flow import Part
+from stretch_bt.tree.flow import Leaf, Part
+from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.program import Program, find_tree
 from stretch_bt.tree.types import BOOL, Type
 from stretch_bt.tree.values import Refused
@@ -70,8 +70,11 @@ class Mocks:
             return None
         sinks = builder.outputs(part)
         rule.known_outputs.update(sinks)
+        checks = part.info.written() if isinstance(part, Leaf) else {}
         outputs = [
-            self._output(rule, name, cell, type_) for name, (cell, type_) in sinks.items() if name in rule.outputs
+            (cell, self._output(rule, name, type_, checks.get(name)))
+            for name, (cell, type_) in sinks.items()
+            if name in rule.outputs
         ]
         for name, (cell, _) in sinks.items():
             if name not in rule.outputs:
@@ -116,7 +119,8 @@ class Mocks:
         self._check_readings(program.document)
         self.diagnostics += self.expect.resolve(built, program.document)
         if self.diagnostics:
-            raise MocksError(list(dict.fromkeys(self.diagnostics)))
+            found = dict.fromkeys(self.diagnostics)
+            raise MocksError(sorted(found, key=lambda d: (d.file, d.line, d.column)))
 
     def _idle(self, rule: Mock, paths: list[str], every: list[str]) -> None:
         above = self.rules[: self.rules.index(rule)]
@@ -153,14 +157,19 @@ class Mocks:
         hint = did_you_mean(name, known) or "the tree wires no output of it"
         self._error(mark, "port-unknown", f"{pattern!r} writes no output {name!r} in this tree", hint)
 
-    def _output(self, rule: Mock, name: str, cell: Cell, type_: Type) -> tuple[Cell, list[Any]]:
-        values = []
+    def _output(self, rule: Mock, name: str, type_: Type, check: PortCheck | None) -> list[Any]:
+        """Return what a rule writes to a port, held against what the node itself may write, where `check` says so."""
+        found = []
         for value in rule.outputs[name]:
             try:
-                values += self._values(value, type_, name)
+                values = self._values(value, type_, name)
+                for given in values if check else ():
+                    check_port(given, check, value, name)
             except Refused as refused:
-                self.diagnostics.append(refused.diagnostic)
-        return cell, values
+                self.diagnostics += [refused.diagnostic, *refused.others]
+            else:
+                found += values
+        return found
 
     def _values(self, value: Value, type_: Type, name: str) -> list[Any]:
         """Return what one value of a file stands for: itself, or an entry or row of an array for each start."""

@@ -48,9 +48,15 @@ TIME = quantity(KINDS["Time"].dimension)
 
 
 def read_mocks(
-    given: Path | str | Mapping[str, Any], *, recorded: bool = False, arrays: MockArrays | None = None
+    given: Path | str | Mapping[str, Any],
+    *,
+    recorded: bool = False,
+    arrays: MockArrays | None = None,
+    keep: bool = False,
 ) -> Mocks:
     """Read mocks: a file, or its content as text of several lines or as a mapping; raises MocksError with every mistake.
+
+    With `keep` the mistakes of a file whose tree is known are kept, for `check_matches` to raise together with its own.
 
     In a mapping `format` and `tree` may be left out, arrays may stand for lists and for the arrays of records, and records for their
     fields. Places of mistakes in it are those of its text in YAML, which a run records. `arrays` are those of a record.
@@ -72,7 +78,7 @@ def read_mocks(
     if arrays is not None:
         reader.found.arrays = arrays
     found = reader.read()
-    if found.diagnostics:
+    if found.diagnostics and not (keep and reader.knows_tree()):
         raise MocksError(found.diagnostics)
     return found
 
@@ -109,6 +115,11 @@ class _Reader:
         self.readings(self.root.get("readings"))
         self.expect(self.root.get("expect"))
         return self.found
+
+    def knows_tree(self) -> bool:
+        """Whether this is a mocks file whose tree, if it must name one, is named."""
+        form = self.root.get("format")
+        return isinstance(form, Scalar) and form.text == FORMAT and not (self.needs_tree and self.found.tree is None)
 
     def known(self, value: Map, known: tuple[str, ...], what: str) -> None:
         for key, given in value:

@@ -11,11 +11,11 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from stretch_bt.brief import brief
-from stretch_bt.errors import InvalidInput, UnsetKey
+from stretch_bt.errors import Diagnostic, InvalidInput, UnsetKey
 from stretch_bt.runtime.mock_arrays import array_fields
 from stretch_bt.source import Mark, did_you_mean
 from stretch_bt.tree.types import Type, annotations_of, attributes
-from stretch_bt.tree.values import refuse
+from stretch_bt.tree.values import Refused, refuse
 
 __all__ = ["FieldReader", "record_of"]
 
@@ -57,16 +57,15 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
     Refused
         A name is no field, a field does not fit its type, or the class refuses the fields.
     """
-    known, annotations, arrays = attributes(cls), annotations_of(cls), array_fields(cls)
     given: dict[str, Any] = {}
+    wrong: list[Diagnostic] = []
     for name, at, value in fields:
-        if name in arrays:
-            given[name] = read.array(value, arrays[name], f"{what}.{name}")
-        elif name in known:
-            given[name] = read.value(value, known[name], annotations[name], f"{what}.{name}")
-        else:
-            hint = did_you_mean(name, {**known, **arrays})
-            refuse(at, "attribute-unknown", f"{cls.__name__} has no {name!r}", hint)
+        try:
+            given[name] = _field(cls, name, value, what, at, read)
+        except Refused as refused:
+            wrong += [refused.diagnostic, *refused.others]
+    if wrong:
+        raise Refused(*wrong)
     missing = _missing(cls, given)
     if missing or not dataclasses.is_dataclass(cls):
         return _Partial(cls, given, missing, read)
@@ -74,6 +73,16 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
         return cls(**_as_annotated(given, cls))
     except InvalidInput as error:
         refuse(mark, "value", f"{what}: {error}", "correct the fields, or give only those that are read")
+
+
+def _field(cls: type, name: str, value: V, what: str, at: Mark, read: FieldReader[V]) -> Any:
+    """Return the value of one field; `at` is the place of its name. Raises Refused."""
+    known, arrays = attributes(cls), array_fields(cls)
+    if name in arrays:
+        return read.array(value, arrays[name], f"{what}.{name}")
+    if name not in known:
+        refuse(at, "attribute-unknown", f"{cls.__name__} has no {name!r}", did_you_mean(name, {**known, **arrays}))
+    return read.value(value, known[name], annotations_of(cls)[name], f"{what}.{name}")
 
 
 def _missing(cls: type, given: Mapping[str, Any]) -> list[str]:

@@ -165,7 +165,7 @@ def task_of(
         program = load_program(tree, params, own).require()
         if "main" not in program.document.trees:
             raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
-        table = read_mocks(mocks) if mocks is not None else None
+        table = read_mocks(mocks, keep=True) if mocks is not None else None
         default = program.document.scene_path if cell is None and given is None else None
         return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
 

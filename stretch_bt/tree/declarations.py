@@ -81,14 +81,16 @@ class Declarations:
 
     def of_values(self, key: Scalar, spec: Map, what: str) -> Type:
         """Return the type that default and bounds have by themselves; without any, what writes or reads a key gives it one."""
-        given = [value for name in ("default", "min", "max") if (value := spec.get(name)) is not None]
+        given = {name: value for name in ("default", "min", "max") if (value := spec.get(name)) is not None}
+        types = {name: UNKNOWN if is_none(value) else literal_type(value) for name, value in given.items()}
         found: Type | None = UNKNOWN
-        for value in given:
-            found = found and joined(found, UNKNOWN if is_none(value) else literal_type(value))
+        for type_ in types.values():
+            found = found and joined(found, type_)
         if found and (found is not UNKNOWN or (what != "parameter" and not given)):
             return found
-        message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
-        self.found.append(key.mark.error("type-missing", message, hint))
+        several = ", ".join(f"{name} is {type_}" for name, type_ in types.items())
+        message = f"{what} {key.text!r} has no type" + (f": its {several}" if found is None else "")
+        self.found.append(key.mark.error("type-missing", message, "add 'type: Length', or another type"))
         return ANY
 
     def type(self, key: Scalar, value: Value, what: str) -> Type:

@@ -13,7 +13,7 @@ from stretch_bt.tree.types import ANY, Family, Type, from_annotation
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate, is_number, parse_quantity
 
-__all__ = ["PortCheck"]
+__all__ = ["PortCheck", "allows_none"]
 
 _LARGEST = sys.float_info.max
 _PLAIN = {Family.BOOL: bool, Family.INT: int, Family.FLOAT: float, Family.QUANTITY: float, Family.STR: str}
@@ -35,7 +35,7 @@ class PortCheck:
 
     def __init__(self, annotation: Any, low: float | None, high: float | None) -> None:
         self.type = _type_of(annotation)
-        self.optional = _allows_none(annotation)
+        self.optional = allows_none(annotation)
         self.bounds = (low, high)
         self.exact = _PLAIN.get(self.type.family, self.type.cls)
         self.low: float = -_LARGEST if low is None else low
@@ -111,9 +111,10 @@ def _type_of(annotation: Any) -> Type:
         return ANY
 
 
-def _allows_none(annotation: Any) -> bool:
+def allows_none(annotation: Any) -> bool:
+    """Whether an annotation, such as `Length | None`, has None among its values."""
     if typing.get_origin(annotation) is Annotated:
-        return _allows_none(typing.get_args(annotation)[0])
+        return allows_none(typing.get_args(annotation)[0])
     union = typing.get_origin(annotation) in (typing.Union, types.UnionType)
     return annotation is Any or (union and type(None) in typing.get_args(annotation))
 

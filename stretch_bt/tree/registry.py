@@ -26,6 +26,7 @@ from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.declared_ports import RegistryError
 from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
@@ -100,6 +101,11 @@ class NodeInfo:
             if self.types[declared.name].is_number and f"{declared.name}_sd" not in self.ports:
                 found[f"{declared.name}_sd"] = self.types[declared.name]
         return found
+
+    def written(self) -> dict[str, PortCheck]:
+        """Return what each value that the node writes must be, deviations of its outputs included."""
+        ports = {name: port.check(self.ports) for name, port in self.ports.items() if port.written}
+        return {name: PortCheck(float, 0.0, None) for name in self.outputs} | ports
 
 
 _nodes: dict[str, NodeInfo] = {}

@@ -9,13 +9,16 @@ from typing import Any, NoReturn
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
-from stretch_bt.units import NUMBER, format_quantity, parse_quantity, suggest_quantity, unit_names
+from stretch_bt.units import NUMBER, format_quantity, parse_quantity, parse_unit, suggest_quantity, unit_names
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(
     rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
     re.IGNORECASE,
 )
+
+#: what is no number and yet has a unit, which says what the number would be
+_NO_NUMBER = re.compile(r"\s*[-+]?\.?(?:nan|inf|infinity)\s*([^\W\d_]\S*)\s*", re.IGNORECASE)
 
 __all__ = [
     "Refused",
@@ -34,10 +37,11 @@ __all__ = [
 
 
 class Refused(StretchError):
-    """A piece of a file is wrong; `.diagnostic` says where and why."""
+    """A piece of a file is wrong; `.diagnostic` says where and why, and `.others` what else is wrong in it."""
 
-    def __init__(self, diagnostic: Diagnostic) -> None:
+    def __init__(self, diagnostic: Diagnostic, *others: Diagnostic) -> None:
         self.diagnostic = diagnostic
+        self.others = others
         super().__init__(str(diagnostic))
 
 
@@ -73,8 +77,9 @@ def literal_type(value: Value) -> Type:
     plain = {bool: BOOL, int: INT, float: FLOAT}.get(type(value.value))
     if plain is not None:
         return plain
+    not_finite = _NO_NUMBER.fullmatch(value.text)
     try:
-        return quantity(parse_quantity(value.text)[1])
+        return quantity(parse_unit(not_finite[1])[1] if not_finite else parse_quantity(value.text)[1])
     except InvalidInput:
         return STR
 

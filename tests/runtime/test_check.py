@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from stretch_bt import check, run
-from stretch_bt.errors import FileError
+from stretch_bt.errors import FileError, MocksError
 from stretch_bt.hardware import cell as cells
 
 TABLES = Path(__file__).parents[1] / "mistakes"
@@ -188,6 +188,36 @@ trees:
         (15, "unbounded-loop"),
         (16, "recursion"),
     ]
+
+
+def test_every_mistake_of_a_mocks_file_is_found_in_one_pass_those_against_its_tree_too(tmp_path):
+    (tmp_path / "tree.yaml").write_text(TREE)
+    path = tmp_path / "mocks.yaml"
+    path.write_text(
+        """
+format: stretch-mocks/1
+tree: tree.yaml
+mocks:
+  - {match: "main/press[0]", after: 1}
+  - {match: main/loock}
+  - {match: main/look/capture, outputs: {frame: {time: nan s, sequence: 1.5}}}
+  - {match: main/look/track_height, outputs: {height: none}, then: never}
+expect: {result: yes}
+"""
+    )
+    wanted = [
+        (5, "unit-missing"),
+        (6, "mock-unmatched"),
+        (7, "type-mismatch"),
+        (7, "type-mismatch"),
+        (8, "type-mismatch"),
+        (8, "option-unknown"),
+        (9, "option-unknown"),
+    ]
+    assert [(d.line, d.code) for d in check(path)] == wanted
+    with pytest.raises(MocksError) as refused:
+        run(tmp_path / "tree.yaml", mocks=path)
+    assert [(d.line, d.code) for d in refused.value.diagnostics] == wanted
 
 
 def test_a_shipped_tree_is_checked_by_its_name_as_it_is_run_by_it():
