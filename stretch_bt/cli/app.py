@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 import stretch_bt
 from stretch_bt import cli
@@ -20,8 +22,26 @@ from stretch_bt.errors import InvalidInput, StretchError, writable
 
 __all__ = ["app", "carry_out", "main"]
 
+
+class _Commands(TyperGroup):
+    """The commands; what makes one end before it began is kept for its JSON."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry out the command that was named."""
+        try:
+            return super().invoke(ctx)
+        except typer.Abort:
+            stops.reason = "nobody said yes to the question; answer it, or pass --yes"
+            raise
+        except Exception as error:
+            if hasattr(error, "format_message"):  # of words that the command does not take
+                stops.reason = " ".join(writable(error.format_message()).split())
+            raise
+
+
 app = typer.Typer(
     name="stretch-bt",
+    cls=_Commands,
     help="Behaviour trees for the StRETcH tactile hand.",
     no_args_is_help=True,
     add_completion=True,
@@ -62,13 +82,27 @@ def _add_commands(group: typer.Typer, package: ModuleType) -> None:
 _add_commands(app, cli)
 
 
+#: what to do where the system refuses a file
+_REMEDIES = {
+    errno.EISDIR: "it is a folder; name a file in it",
+    errno.EEXIST: "name another one, or move it away",
+    errno.ENOTDIR: "a file is where a folder is wanted; name another path",
+    errno.EACCES: "name a place that you may write to, or change its rights",
+    errno.EPERM: "name a place that you may write to, or change its rights",
+    errno.EROFS: "name a place that you may write to",
+    errno.ENOSPC: "make room, or name a place on another disk",
+    errno.ENAMETOOLONG: "name a shorter one",
+}
+
+
 def _told(error: OSError) -> str:
     """Return an error of the system; one without a file is most often of a current folder that somebody removed."""
     try:
         Path.cwd()
     except FileNotFoundError:
         return "the current folder is gone, and a path is relative to it; go to a folder that is there (cd), or name full paths"
-    return writable(error)
+    remedy = _REMEDIES.get(error.errno or 0)
+    return writable(error) + (f"; {remedy}" if remedy else "")
 
 
 def _check_given(words: list[str]) -> None:
@@ -95,7 +129,8 @@ def carry_out() -> None:
             emit_json({"error": type(error).__name__, "reason": writable(error)})
         sys.exit(report_error(error))
     except OSError as error:
-        typer.secho(f"error: {_told(error)}", fg=typer.colors.RED, err=True)
+        stops.reason = _told(error)
+        typer.secho(f"error: {stops.reason}", fg=typer.colors.RED, err=True)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, SystemExit):
         if not stops.names or stops.way == "note":

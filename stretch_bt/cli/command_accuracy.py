@@ -42,8 +42,6 @@ def command(
     from stretch_bt.accuracy import domains
     from stretch_bt.accuracy.compare import Comparison
     from stretch_bt.accuracy.file import read
-    from stretch_bt.accuracy.folder import write
-    from stretch_bt.runtime.record.folder import claim
 
     files, names = _files(from_ or [], names or [])
     domains(names)
@@ -55,15 +53,9 @@ def command(
         raise InvalidInput(
             f"there is no row of {', '.join(names) or 'any domain'} in these files; name a domain that they hold, or none for all"
         )
-    folder = None if out is None else claim(out)
-    rows: list[Row] = []
-    try:
-        rows.extend(given)
-        for row in () if files else _measured(names, quick, old):
-            rows.append(row)
-    finally:
-        if folder is not None:
-            write(folder, rows)
+    if page is not None:  # what cannot be made is refused before anything is measured
+        page.mkdir(parents=True, exist_ok=True)
+    rows = _kept(given if files else _measured(names, quick, old), out)
     if page is not None:
         _write_page(page, rows)
     if old is not None and not old.shared(rows):
@@ -83,6 +75,26 @@ def _files(files: list[Path], names: list[str]) -> tuple[list[Path], list[str]]:
     """Return files of rows and names of domains: a shell that fills in `--from *.jsonl` leaves all but the first among the names."""
     more = [Path(name) for name in names if files and name.endswith(".jsonl")]
     return [*files, *more], [name for name in names if Path(name) not in more]
+
+
+def _kept(found: Iterable[Row], out: Path | None) -> list[Row]:
+    """Return the rows, which a new folder keeps where one is named, those before an interrupt too."""
+    from stretch_bt.accuracy.folder import write
+    from stretch_bt.runtime.record.folder import claim
+
+    folder = None if out is None else claim(out)
+    rows: list[Row] = []
+    try:
+        for row in found:
+            rows.append(row)
+    except KeyboardInterrupt:
+        where = "give --out to keep them" if out is None else f"{out} keeps them"
+        typer.echo(f"stopped after {len(rows)} row{'s'[: len(rows) != 1]}; {where}", err=True)
+        raise
+    finally:
+        if folder is not None:
+            write(folder, rows)
+    return rows
 
 
 def _measured(names: Iterable[str], quick: bool, old: Comparison | None) -> Iterator[Row]:
@@ -105,7 +117,6 @@ def _write_page(folder: Path, rows: list[Row]) -> None:
     from stretch_bt.accuracy import page
     from stretch_bt.accuracy.file import merged
 
-    folder.mkdir(parents=True, exist_ok=True)
     fresh = {row.domain for row in rows}
     page.write(folder, merged([*(row for row in page.kept(folder) if row.domain not in fresh), *rows]))
 

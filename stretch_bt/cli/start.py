@@ -64,6 +64,8 @@ def _carried_out(outlets: Outlets) -> int:
     except KeyboardInterrupt:
         stops.way = "note"
         code = EXIT_INTERRUPTED
+        if sys.argv[1:2] != ["run"]:  # whose result says so
+            stops.say(f"stopped by {stops.name}\n")
     except SystemExit as end:
         stops.way = "note"
         code = end.code if isinstance(end.code, int) else int(end.code is not None)

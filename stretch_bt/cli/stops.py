@@ -17,6 +17,7 @@ EXIT_BAD_INPUT, EXIT_INTERRUPTED = 2, 130
 #: how long whoever reads standard output may keep a process that is to stop, s
 PATIENCE = 0.25
 
+_ON_STDERR = "standard error says why"
 # json is not imported yet, and a handler imports nothing
 _RUN = """\
 {
@@ -67,6 +68,8 @@ class Stops:
         self.way: Literal["end", "raise", "note"] = "end"
         #: file descriptor that the JSON goes to
         self.out = 1
+        #: why the command was refused, where standard error alone says so
+        self.reason = _ON_STDERR
 
     def __call__(self, name: str) -> None:
         """Take a signal."""
@@ -80,6 +83,7 @@ class Stops:
         """Begin a command: a signal ends it at once, and the process too where that is ours to end."""
         self.names.clear()
         self.told = False
+        self.reason = _ON_STDERR
         self.process = process
         self.way = "end"
 
@@ -96,9 +100,11 @@ class Stops:
 
     def refusal(self, code: int) -> str:
         """Return the JSON of a command that ended with an exit code, and told why on standard error alone."""
+        import json
+
         kind = "InvalidInput" if code == EXIT_BAD_INPUT else "Aborted"
         form, status = (_RUN, "ERROR") if sys.argv[1:2] == ["run"] else (_OTHER, kind)
-        return _filled(form, status, "standard error says why")
+        return _filled(form, status, json.dumps(self.reason)[1:-1])
 
     def say(self, text: str) -> None:
         """Write a short text to standard error, unless that is closed or would wait for its reader."""

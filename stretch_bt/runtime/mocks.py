@@ -163,8 +163,9 @@ class Mocks:
         for value in rule.outputs[name]:
             try:
                 values = self._values(value, type_, name)
-                for given in values if check else ():
-                    check_port(given, check, value, name)
+                if check is not None:
+                    for given in values:
+                        check_port(given, check, value, name)
             except Refused as refused:
                 self.diagnostics += [refused.diagnostic, *refused.others]
             else:

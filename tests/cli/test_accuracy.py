@@ -238,3 +238,15 @@ def test_an_unknown_name_is_refused_before_anything_is_made(cli, tmp_path):
     assert json.loads(out).keys() == {"error", "reason"}
     assert "did you mean 'membrane'" in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_measured_before_an_interrupt_is_kept_and_said(cli, tmp_path, bench, monkeypatch):
+    def stopped():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench, "lost", stopped)
+    code, _, err = cli("membrane", "--out", str(tmp_path / "rows"))
+    assert code == 130
+    assert f"stopped after 1 row; {tmp_path / 'rows'} keeps them" in err
+    assert [row.setting.variant for row in read(tmp_path / "rows" / "accuracy.jsonl")] == ["coarse"]
+    assert "give --out to keep them" in cli("membrane")[2]

@@ -1,5 +1,7 @@
 """Words of the command line that no command should take."""
 
+import json
+
 import pytest
 
 
@@ -70,3 +72,37 @@ def test_a_new_node_has_a_name_of_its_own(cli, tmp_path, monkeypatch, name):
     assert code == 2
     assert f"my_{name}" in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "palpate_stiffness", "--seed", "abc", "--json"), "'--seed'"),
+        (("nodes", "--jsn", "--json"), "No such option: --jsn"),
+        (("frobnicate", "--json"), "No such command 'frobnicate'"),
+        (("accuracy", "runner", "--json", "--page", "file"), "move it away"),
+    ],
+)
+def test_the_json_of_what_is_refused_says_why(cli, tmp_path, monkeypatch, words, said):
+    """It said that standard error says why."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    code, out, _ = cli(*words)
+    assert code == 2
+    assert said in json.loads(out)["reason"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("show", "palpate_stiffness", "--out", "folder"), "it is a folder; name a file in it"),
+        (("show", "palpate_stiffness", "--out", "file/tree.svg"), "a file is where a folder is wanted"),
+    ],
+)
+def test_what_the_system_refuses_has_a_remedy(cli, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    code, _, err = cli(*words)
+    assert code == 2
+    assert said in err
