@@ -132,12 +132,13 @@ def _view() -> Any:
 
 def parameters(given: list[str]) -> dict[str, str]:
     """Return the parameters of `--set`, as name: text."""
-    found = {}
+    found: dict[str, str] = {}
     for item in given:
-        name, equals, value = item.partition("=")
-        if not equals or not name.strip():
+        name, equals, value = (part.strip() for part in item.partition("="))
+        if not equals or not name:
             raise InvalidInput(f"--set takes name=value, not {item!r}; write --set depth=2mm")
-        found[name.strip()] = value.strip()
+        if found.setdefault(name, value) != value:
+            raise InvalidInput(f"{name!r} is set to {found[name]!r} and to {value!r}; give --set {name}=... once")
     return found
 
 

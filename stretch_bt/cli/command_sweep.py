@@ -50,6 +50,8 @@ def command(
     shown = _Progress()
     with redirect_stdout(sys.stderr):  # what nodes print must not get among the summary
         chosen = engine_of(engine, workers, scheduler, shown.say)
+        if resume and out is not None and not out.exists():
+            shown.say(f"{out} is not there: there is nothing to go on with, and the sweep begins")
         try:
             found = sweep(file, chosen, out=out, resume=resume, progress=shown)
         except KeyboardInterrupt as stopped:

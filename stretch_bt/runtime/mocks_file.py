@@ -88,7 +88,7 @@ class _Reader:
         tree = root.get("tree")
         self.root = root
         self.needs_tree = needs_tree
-        self.found = Mocks(str(path), tree if isinstance(tree, Scalar) else None, path, text)
+        self.found = Mocks(str(path), tree if isinstance(tree, Scalar) and tree.text else None, path, text)
 
     def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
         self.found.diagnostics.append(mark.error(code, message, hint))

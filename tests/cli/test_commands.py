@@ -88,6 +88,7 @@ BAD = [
     (["run", "palpate_stiffness", "--set", "wanted_deflection=2"], "2 mm"),
     (["run", "palpate_stiffness", "--set", "wanted_deflection=200mm"], "10 mm"),
     (["run", "palpate_stiffness", "--set", "depth"], "--set depth=2mm"),
+    (["run", "palpate_stiffness", "--set", "max_force=3N", "--set", "max_force=4N"], "set to '3N' and to '4N'"),
     (["run", "palpate_stiffness", "--scene", "water_baloon"], "water_balloon"),
     (["run", "palpate_stiffness", "--cell", "simulatd"], "simulated"),
     (["run", "palpate_stiffness", "--mocks", "nothing.yaml"], "no such file"),

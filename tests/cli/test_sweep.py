@@ -19,12 +19,14 @@ def folder(tmp_path):
 
 
 def test_json_is_one_document_and_rows_are_in_the_folder(cli, folder):
-    code, out, _ = cli("sweep", "sweep.yaml", "--out", "out", "--json")
+    code, out, err = cli("sweep", "sweep.yaml", "--out", "out", "--resume", "--json")
+    assert "nothing to go on with" in err
     found = json.loads(out)
     assert (code, found["items"], found["statuses"]) == (0, 3, {"SUCCESS": 2, "FAILURE": 1})
     assert found["folder"] == str(folder / "out")
     assert {"rows.jsonl", "summary.json", "sweep.yaml", "reached.svg"} == {p.name for p in (folder / "out").iterdir()}
-    code, out, _ = cli("sweep", "sweep.yaml", "--out", "out", "--resume", "--json")
+    code, out, err = cli("sweep", "sweep.yaml", "--out", "out", "--resume", "--json")
+    assert "nothing to go on with" not in err
     assert (code, json.loads(out)["before"]) == (0, 3)
 
 
