@@ -15,7 +15,7 @@ from stretch_bt.source import Mark
 from stretch_bt.tree.build import Builder, build
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Param
-from stretch_bt.tree.flow import Leaf, Part, Wire
+from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.units import KINDS, format_quantity
@@ -105,9 +105,13 @@ class _Asked:
         self.spec = spec
         self.found: list[Diagnostic] = []
         self.moves = False
+        #: the calls of trees by their paths, each with the path of the call around it
+        self.calls: dict[str, tuple[Call, str]] = {}
 
     def node(self, path: str, part: Part, builder: Builder) -> None:
         """Look at a node; builds nothing in its place."""
+        if isinstance(part, Call):
+            self.calls[path] = part, builder.frame.path
         if not isinstance(part, Leaf):
             return
         self.moves = self.moves or part.info.cls.kind == "actuation"
@@ -115,12 +119,22 @@ class _Asked:
             if declared.limit is not None:
                 wire = part.inputs.get(declared.name)
                 value = declared.default if wire is None else _constant(wire, builder)
-                mark = part.mark if wire is None else wire.mark
+                mark = part.mark if wire is None else self._written(wire, builder.frame.path)
                 self._hold(path, declared, declared.limit, value, mark)
                 if declared.limit in HELD and isinstance(value, int | float):
                     self.found += unheld_force(self.spec, part, f"{path}: {declared.name}", value, mark)
                 if declared.limit in _SPEEDS:
                     self._meet(path, part, declared, value, mark)
+
+    def _written(self, wire: Wire, frame: str) -> Mark:
+        """Return the place where the value of a wire is written: that of the outermost call that hands it down."""
+        while frame in self.calls:
+            call, frame = self.calls[frame]
+            outer = call.inputs.get(wire.single_key() or "")
+            if outer is None:
+                break
+            wire = outer
+        return wire.mark
 
     def condition(self, path: str, builder: Builder) -> Callable[[], bool] | None:
         """Leave every condition as it is."""

@@ -132,9 +132,21 @@ FOUND = {
         "deep = 10 mm, main/press: depth is 10 mm",
     ),
     "a call": (
-        KNOWN + "sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK,
+        KNOWN + "sink: {depth: 1 mm}, {name: again, sink: {depth: «3 mm»}}]" + SINK,
         "error",
         "main/again/press: depth is 3 mm",
+    ),
+    "a call of a shipped tree": (
+        KNOWN + "approach: {speed: «3 mm/s», feel_speed: 1 mm/s, max_force: 0.1 N}]",
+        "error",
+        "main/approach/descend: speed is 3 mm/s",
+    ),
+    "a call of a call": (
+        KNOWN
+        + "deeper: {to: «3 mm»}]\n  deeper:\n    in: {to: Length, touch: Touch}\n    sequence: [sink: {depth: $to}]"
+        + SINK,
+        "error",
+        "main/deeper/sink/press: depth is 3 mm",
     ),
     "a key": (
         KNOWN + f"set: {{depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",
