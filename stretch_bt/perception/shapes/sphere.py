@@ -20,6 +20,7 @@ Array = npt.NDArray[np.float64]
 SIGNIFICANCE = 3.0  # a curvature below this many standard deviations carries no radius
 ALIKE_SIGNIFICANCE = 10.0  # the same where neighbours share errors, and their deviation is only roughly known
 SILHOUETTE = 0.99  # radii from the line of sight through its centre, within which a sphere shows points
+NOISY = 0.02  # noise over radius from which a sphere whose points reach its silhouette may be one of noise
 FLAT = 1e-4  # curvature times lateral size below which a surface is a plane to any sensor
 PARAMETERS = 4
 
@@ -128,16 +129,22 @@ def _gain_on_plane(settled: Settled[SphereSurface], sight: Sight) -> float:
 
 
 def _check_silhouette(settled: Settled[SphereSurface], sight: Sight) -> None:
-    """Refuse a sphere that is too small for its points to be seen on it: noise on a small cap makes such ones."""
+    """Refuse a sphere whose points reach its silhouette: noise on a small cap makes such ones, and steep points fix no height."""
     _, p1, p2, k = settled.surface.q
     d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
     away = np.hypot(k * sight.x - p1 * d0, k * sight.y - p2 * d0)
     agreeing = np.abs(settled.residuals) < SIGNIFICANCE * settled.scale
-    if np.quantile(away[agreeing], 0.95) > SILHOUETTE:
+    if np.quantile(away[agreeing], 0.95) <= SILHOUETTE:
+        return
+    if settled.scale * abs(k) > NOISY:
         raise IllConditioned(
             "the points spread wider than the one sphere that they agree with, so that its radius is that of noise; press deeper, or"
             " average more frames"
         )
+    raise IllConditioned(
+        "the points reach the edge of the sphere as the camera sees it, where the least error across the view is a large one in"
+        " height; leave out those whose normal is more than 80 degrees from the view"
+    )
 
 
 def center_of(q: Array) -> tuple[Array, Array]:

@@ -132,6 +132,20 @@ def test_any_points_give_finite_numbers_or_a_refusal(points):
     assert np.isfinite([fit.radius, fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-5, 1e-4])
+def test_a_hemisphere_is_measured_without_its_steepest_points_and_refused_with_them(noise):
+    """It was told that its radius is one of noise."""
+    rng = np.random.default_rng(0)
+    points = rng.standard_normal((4000, 3))
+    points *= 0.02 / np.linalg.norm(points, axis=1)[:, None]
+    steep = points[:, 2] < 0.02 * np.cos(np.radians(80))
+    points[:, 2] += noise * rng.standard_normal(4000)
+    with pytest.raises(IllConditioned, match="leave out those whose normal is more than 80 degrees from the view"):
+        fit_sphere(points[points[:, 2] > 0])
+    fit = fit_sphere(points[~steep])
+    assert abs(fit.radius - 0.02) <= max(3 * fit.radius_sd, 1e-12)
+
+
 @given(k=st.floats(-3.0, 3.0), step=st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4))
 def test_a_step_changes_a_curvature_by_half_at_most(k, step):
     before = SphereSurface(np.array([0.0, 0.1, -0.1, k]))
