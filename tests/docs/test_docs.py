@@ -144,10 +144,10 @@ def checked(block, folder, where):
 def run(block, where, capfd):
     """Run the commands of a block and return what they print."""
     if block.language == "python":
-        commands, wanted = [[sys.executable, "-c", block.text]], [0]
-    else:
-        commands = [shlex.split(line, comments=True) for line in block.text.splitlines() if line.strip()]
-        wanted = [int(status) for status in block.marks["run"].split()]
+        exec(compile(block.text, where, "exec"), {"__name__": "__main__"})  # what it raises names the page and the line
+        return "".join(capfd.readouterr())
+    commands = [shlex.split(line, comments=True) for line in block.text.splitlines() if line.strip()]
+    wanted = [int(status) for status in block.marks["run"].split()]
     assert len(commands) == len(wanted), f"{where}: one exit code for each command"
     output = ""
     for command, status in zip(commands, wanted, strict=True):

@@ -13,7 +13,7 @@ from stretch_bt.runtime.replay import replay
 SCENE = """\
 format: stretch-scene/1
 object: {type: cylinder, diameter: 20 mm, height: 60 mm, rigid: true}
-effects: {sag: off, bending: on, white_noise: on, correlated_noise: on, fixed_pattern: on, drift: off, dropout: on}
+effects: {sag: off, bending: on, friction: off, white_noise: on, correlated_noise: on, fixed_pattern: on, drift: off, dropout: on}
 """
 SMALL = {"clearance": 0.02, "diameters": [0.02], "stretches": [0.03], "depths": [0.0, 0.006], "frames": 8}
 
