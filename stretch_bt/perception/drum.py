@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import InvalidInput, NoContact, shown
+from stretch_bt.perception.surface import check_labels, check_points
 from stretch_bt.perception.top import Places, Points, Top, disc_of
 from stretch_bt.perception.tops import noise_around
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
-from stretch_bt.units import Estimate
+from stretch_bt.units import Estimate, is_number
 
 __all__ = ["lift_of_flat", "lift_off"]
 
@@ -89,16 +90,16 @@ def _check(
     points: FloatArray, labels: LabelArray, height: float, thickness: float, strain: Estimate, gauge: float
 ) -> None:
     """Refuse numbers of which no lift follows."""
-    if not (math.isfinite(height) and 0.0 <= strain.sd < math.inf):
-        raise InvalidInput(f"height and the deviation of the strain must be finite, not {height} m and {strain.sd}")
-    if not all(0.0 < value < math.inf for value in (thickness, strain.value, gauge)):
+    if not (is_number(height) and is_number(strain.sd) and strain.sd >= 0.0):
         raise InvalidInput(
-            f"thickness, strain and gauge must be above 0 and finite, not {thickness} m, {strain.value} and {gauge} m"
+            f"height and the deviation of the strain must be finite, not {shown(height)} m and {strain.sd}"
         )
-    if points.ndim != 3 or points.shape[2] != 3 or labels.shape != points.shape[:2]:
+    if not all(is_number(value) and value > 0.0 for value in (thickness, strain.value, gauge)):
         raise InvalidInput(
-            f"points need the shape (h, w, 3) and labels that of their image, got {points.shape} and {labels.shape}"
+            f"thickness, strain and gauge must be above 0 and finite, not {shown(thickness)} m, {strain.value} and {shown(gauge)} m"
         )
+    check_points(points)
+    check_labels(labels, points)
 
 
 def _contact(points: FloatArray, labels: LabelArray) -> Points:

@@ -10,19 +10,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact, shown
 from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_points, finite, pitch_of
+from stretch_bt.perception.surface import check_labels, check_points, finite, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
-from stretch_bt.units import Estimate
+from stretch_bt.units import Estimate, is_number
 
 __all__ = ["top_of_points", "track_height"]
 
@@ -38,6 +38,9 @@ PARTS = 2  # high parts of a contact that are tried
 
 MOST = 20_000  # points, whose height is known to far less than a camera's count, and not better by more
 RUN = 64  # neighbours that are kept together, since they show how far noise is alike
+UNSEEN = (
+    "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
+)
 
 
 class _Top(NamedTuple):
@@ -85,17 +88,19 @@ def track_height(
         Too few pixels for a height with its error, or the height is one that no membrane reaches.
     """
     check_points(points, valid)
-    if labels.shape != valid.shape:
-        raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
+    check_labels(labels, points)
     if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
-    valid = without_flying(points, finite(points, valid), pitch_of(points, valid))
+    if reach is not None and not (is_number(reach) and reach > 0):
+        raise InvalidInput(f"reach is a length above 0 m, got {shown(reach)}")
+    valid = finite(points, valid)
+    if not valid.any():
+        raise NoContact(UNSEEN)
+    valid = without_flying(points, valid, pitch_of(points, valid))
     found = [places[valid.reshape(-1)[places]] for places in contacts(labels)]
     found = [places for places in found if places.size >= LEAST_POINTS] or found[:1]
     if not found or not found[0].size:
-        raise NoContact(
-            "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
-        )
+        raise NoContact(UNSEEN)
     noise = noise_around(points, valid, np.concatenate(found))
     others = sample(points[..., 2], valid)
     tops, refusals = list[_Top](), list[IllConditioned]()
@@ -211,9 +216,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     if not finite.all():
         found = found.at(np.flatnonzero(finite))
     if not len(found):
-        raise NoContact(
-            "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
-        )
+        raise NoContact(UNSEEN)
     if len(found) < LEAST_POINTS:
         raise IllConditioned(
             f"a height with its error needs at least twelve points in contact, there are {len(found)}; press deeper, or average frames"

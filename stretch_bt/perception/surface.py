@@ -14,9 +14,19 @@ from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_m
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
-from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 
-__all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "finite", "surface_of"]
+__all__ = [
+    "Cleaned",
+    "Surface",
+    "binned_surface",
+    "camera_side",
+    "check_labels",
+    "check_points",
+    "clean",
+    "finite",
+    "surface_of",
+]
 
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
@@ -110,12 +120,24 @@ class Surface:
         return self.noise * spread_of_mean(self.length, pixels, *each)
 
 
-def check_points(points: FloatArray, valid: MaskArray) -> None:
-    """Raise InvalidInput unless points are (h, w, 3) floats and valid is (h, w) bool."""
+def check_points(points: FloatArray, valid: MaskArray | None = None) -> None:
+    """Raise InvalidInput unless points are (h, w, 3) floats and valid, where it is given, is (h, w) bool."""
+    for what, given in (("points", points), ("valid", valid)):
+        if given is not None and not isinstance(given, np.ndarray):
+            raise InvalidInput(f"{what} is an array of numpy, got {type(given).__name__}; give numpy.asarray({what})")
     if points.ndim != 3 or points.shape[2] != 3 or points.dtype.kind != "f":
         raise InvalidInput(f"points are (h, w, 3) floats in m, got {points.dtype} {points.shape}")
-    if valid.shape != points.shape[:2] or valid.dtype != np.bool_:
+    if valid is not None and (valid.shape != points.shape[:2] or valid.dtype != np.bool_):
         raise InvalidInput(f"valid is a bool mask of shape {points.shape[:2]}, got {valid.dtype} {valid.shape}")
+
+
+def check_labels(labels: LabelArray, points: FloatArray) -> None:
+    """Raise InvalidInput unless labels are those of an image of such points (h, w, 3)."""
+    if not isinstance(labels, np.ndarray) or labels.dtype != np.uint8:
+        kind = getattr(labels, "dtype", type(labels).__name__)
+        raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {kind}")
+    if labels.shape != points.shape[:2]:
+        raise InvalidInput(f"labels need the shape of the frame, {points.shape[:2]}, got {labels.shape}")
 
 
 def camera_side(points: FloatArray, valid: MaskArray) -> int:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
-from stretch_bt.units import Estimate
+from stretch_bt.units import Estimate, is_number
 
 __all__ = ["PRIOR", "check_stretch", "combine", "expected_ratio", "tension_ratio"]
 
@@ -94,8 +94,8 @@ def _ratio_of(angle: float, error: float, scale: Array) -> Estimate:
 
 def check_stretch(stretch: float | None) -> None:
     """Raise InvalidInput unless a stretch is unknown, or a length in m that a membrane of some 0.1 m can have."""
-    if stretch is not None and not 0.0 <= stretch < WIDEST:
-        raise InvalidInput(f"a stretch is from 0 to {WIDEST} m, got {stretch:g}")
+    if stretch is not None and not (is_number(stretch) and 0.0 <= stretch < WIDEST):
+        raise InvalidInput(f"a stretch is from 0 to {WIDEST} m, got {shown(stretch)}")
 
 
 def expected_ratio(stretch: float | None) -> Estimate:

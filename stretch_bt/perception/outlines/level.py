@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import InvalidInput, NoContact, shown
 from stretch_bt.perception.outlines.level_place import TOP, blurred, with_level_errors
 from stretch_bt.perception.outlines.outline import Outline, outline_of
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
-from stretch_bt.units import Length
+from stretch_bt.units import Length, is_number
 
 __all__ = ["highest_of", "outline_at"]
 
@@ -69,8 +69,8 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     """
     import cv2
 
-    if not 0 < below < np.inf:
-        raise InvalidInput(f"a level is finite and above 0 m below the top, not {below}")
+    if not (is_number(below) and below > 0):
+        raise InvalidInput(f"a level is finite and above 0 m below the top, not {shown(below)}")
     top = highest_of(surface)
     heights, valid = blurred(surface)
     if below > top - LEAST:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import NoContact
 from stretch_bt.perception.outlines.outline import Outline, placed
-from stretch_bt.perception.surface import pitch_of
+from stretch_bt.perception.surface import check_points, pitch_of
 from stretch_bt.perception.types import FloatArray, MaskArray, SurfaceNoise
 
 __all__ = ["TOP", "blurred", "with_level_errors"]
@@ -72,9 +72,9 @@ def blurred(surface: FloatArray) -> tuple[Array, MaskArray]:
     """Return heights (h, w), m, blurred as far as pixels are valid, and which are."""
     import cv2
 
-    surface = np.asarray(surface)
-    if surface.ndim != 3 or surface.shape[2] != 3:
-        raise InvalidInput(f"a surface has shape (h, w, 3), got {surface.shape}")
+    check_points(surface)
+    if not surface.size:
+        raise NoContact("the frame has no pixel: nothing is seen; look at the camera")
     heights = surface[..., 2].astype(np.float64)
     valid = np.isfinite(heights)
     weight = cv2.GaussianBlur(valid.astype(np.float64), (0, 0), BLUR)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.perception.correlation import area_of
-from stretch_bt.perception.surface import surface_of
+from stretch_bt.perception.surface import check_points, surface_of
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
 __all__ = ["surface_noise"]
@@ -18,6 +18,7 @@ def surface_noise(surface: FloatArray) -> SurfaceNoise | None:
 
     None where no two valid pixels are neighbours.
     """
+    check_points(surface)
     seen = np.asarray(np.isfinite(surface).all(axis=2))
     found = surface_of(surface, seen, KERNEL)
     return None if found is None else SurfaceNoise(found.noise, area_of(found.length))

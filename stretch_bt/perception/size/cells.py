@@ -10,7 +10,14 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception.clean import without_flying
-from stretch_bt.perception.surface import camera_side, check_points, pitch_of
+from stretch_bt.perception.surface import (
+    LARGEST_PITCH,
+    SMALLEST_PITCH,
+    camera_side,
+    check_labels,
+    check_points,
+    pitch_of,
+)
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
 __all__ = ["Cells", "cells_of"]
@@ -83,10 +90,8 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
 
 def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:
     """Return +1 where z points to the camera, -1 where away, and z of the undeformed membrane, m, from a sample."""
-    if not isinstance(labels, np.ndarray) or labels.dtype != np.uint8:
-        kind = getattr(labels, "dtype", type(labels).__name__)
-        raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {kind}")
-    check_points(points, labels != INVALID)
+    check_points(points)
+    check_labels(labels, points)
     step = max(1, round((labels.size / SAMPLE) ** 0.5))
     some, classes = points[::step, ::step], labels[::step, ::step]
     valid: MaskArray = (classes != INVALID) & np.isfinite(some).all(axis=2)
@@ -140,4 +145,7 @@ def _pitch(x: Array, kept: MaskArray) -> float:
         raise NoContact(
             "too few pixels are valid to see a shape; keep reflections off the membrane, or average more frames"
         )
-    return float(np.median(steps))
+    pitch = float(np.median(steps))
+    if not SMALLEST_PITCH <= pitch / SIDE <= LARGEST_PITCH:
+        raise InvalidInput(f"points are in metres; {pitch / SIDE:.3g} m from pixel to pixel is another unit")
+    return pitch

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
 from stretch_bt.perception.size.fit import Fit
@@ -19,6 +19,7 @@ from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
 from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import FloatArray, LabelArray
+from stretch_bt.units import is_number
 
 __all__ = ["diameters", "measure_contact"]
 
@@ -228,5 +229,5 @@ def _check(stretch: float | None, hypothesis: str, fillet: float, fillet_sd: flo
         raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(HYPOTHESES)}, got {hypothesis!r}")
     check_stretch(stretch)
     for name, value in (("fillet", fillet), ("fillet_sd", fillet_sd), ("noise", noise)):
-        if value is not None and not 0.0 <= value < 0.05:
-            raise InvalidInput(f"{name} is a length in m, from 0 to 0.05, got {value:g}")
+        if value is not None and not (is_number(value) and 0.0 <= value < 0.05):
+            raise InvalidInput(f"{name} is a length in m, from 0 to 0.05, got {shown(value)}")
