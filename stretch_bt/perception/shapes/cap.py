@@ -11,6 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.regions import Box, bounds
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.shapes.ball import check_ball
 from stretch_bt.perception.shapes.blocks_kernel import fill_within
 from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
@@ -67,13 +68,14 @@ MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a 
 class _Explained:
     """All fits of a contact, and the cells they are of.
 
-    `scale` is by how much more than their noise (variance) the best leaves, `wider` by how much deviations grow.
+    `scale` is by how much more than their `noise` (variance) the best leaves, `wider` by how much deviations grow.
     """
 
     fits: list[BodyFit]
     cells: Cells
     scale: float
     wider: float
+    noise: NoiseParts
 
     def best(self, kind: int) -> float:
         """Return the best evidence of a kind, in nats."""
@@ -97,7 +99,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     ------
     IllConditioned
         The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it as
-        well, or nothing round does.
+        well, or nothing round does; or it may be a lying cylinder or a face.
     """
     explained = _explain(contact)
     _check_shape(explained)
@@ -117,7 +119,9 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
             f"the cap carries no radius: its curvature, {mean / explained.cells.size:.3g} 1/m, has a standard deviation of"
             f" {sd / explained.cells.size:.2g} 1/m; press deeper, average more frames, or measure a flat face (`measure_contact`)"
         )
-    return _sphere(next(f for f in fits if f.surface.kind == SPHERE), mean, sd, explained)
+    ball = next(f for f in fits if f.surface.kind == SPHERE)
+    check_ball(ball, explained.cells, explained.noise, LEAST_OWN)
+    return _sphere(ball, mean, sd, explained)
 
 
 def _hiding(contact: Contact, explained: _Explained) -> float:
@@ -172,7 +176,7 @@ def _explain(contact: Contact) -> _Explained:
         around = window.around(float(small.q[6]), float(small.q[7]), WIDER * small.rim)
         window, cells, rough = _rough(contact, around)
     if not rough:
-        return _Explained([], cells, 1.0, 1.0)
+        return _Explained([], cells, 1.0, 1.0, NoiseParts(contact.noise**2))
     best = max(rough, key=lambda f: f.evidence)
     noise = noise_left(_residuals(contact, best.surface, window, cells), (1e-6 * window.size) ** 2)
     noise = noise.seen_by(cells)
@@ -181,7 +185,7 @@ def _explain(contact: Contact) -> _Explained:
     fits = fit_bodies([f.surface for f in fits], cells, whiten, steps=STEPS, close=CLOSE)
     freedom = max(cells.z.size - COMMON, 1)
     alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
-    return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0)
+    return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0, noise)
 
 
 def _thinned(cells: Cells) -> Cells:

@@ -1,0 +1,68 @@
+"""Whether what a sphere was fitted to may be something else: a lying cylinder, a face that leans, or a sheet that spans a face as a drum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.shapes.contact_cells import Cells
+from stretch_bt.perception.shapes.contact_fit import BodyFit
+from stretch_bt.perception.shapes.contact_noise import NoiseParts, whitener
+
+__all__ = ["check_ball"]
+
+Array = npt.NDArray[np.float64]
+
+INSIDE = 0.9  # of the rim, within which the body alone is seen
+LEAST = 16  # cells there, of which forms are told
+# Set over balls, lying cylinders and leaning boxes under membranes of constant tensions, sharp and blurred over 1.2 mm, with four kinds of noise.
+# Difference of two principal curvatures over their sum, with two of its deviations, from which a contact may be a ridge, whose is 1: of 165
+# balls 2 % are beyond it, and nine in ten of the others that had passed for balls.
+RIDGE, SURE = 0.4, 2.0
+# Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
+# beyond both, and four in ten of what is left of the others.
+OTHER, SEEN = 30.0, 0.15
+
+
+def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> None:
+    """Refuse a sphere whose contact may be a ridge, or whose residuals within the rim hold forms that no ball has.
+
+    `own` is the least that a cell errs by itself, of the standard deviation of a pixel. The forms are those of an optical surface that is no
+    sphere: astigmatism, which makes a ridge, then coma, trefoil, spherical and fourfold aberration.
+    """
+    q, rim = fit.surface.q, fit.surface.rim
+    inside = np.hypot((cells.x - q[6]) / math.exp(q[4]), (cells.y - q[7]) / math.exp(q[5])) < INSIDE
+    if np.count_nonzero(inside) < LEAST:
+        raise IllConditioned("too little of the contact is seen to tell a ball from something else; press deeper")
+    x, y, seen = (cells.x[inside] - q[6]) / rim, (cells.y[inside] - q[7]) / rim, cells.some(inside)
+    whiten = whitener(noise.own(seen, own), noise.shared(seen) if noise.smooth else None)
+    square, ridge = x * x + y * y, [x * x - y * y, 2.0 * x * y]
+    even = [np.ones_like(x), x, y, square]
+    other = [square * x, square * y, x * (square - 4.0 * y * y), y * (4.0 * x * x - square), square**2]
+    other += [ridge[0] ** 2 - ridge[1] ** 2, ridge[0] * ridge[1]]
+    fall = 0.5 * abs(float(q[3])) * rim**2
+    left = fit.residuals[inside]
+    found, covariance = _held(whiten(np.stack([*ridge, *even, left], axis=1)), len(ridge))
+    there, sd = float(np.linalg.norm(found)) / fall, math.sqrt(float(np.trace(covariance)) / len(ridge)) / fall
+    if there + SURE * sd > RIDGE:
+        raise IllConditioned(
+            "the contact may be curved in one direction alone, as a lying cylinder is and the high side of a face that leans: the difference"
+            f" of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more frames, or fit"
+            " another shape (`fit_shape`)"
+        )
+    found, covariance = _held(whiten(np.stack([*other, *ridge, *even, left], axis=1)), len(other))
+    if float(found @ np.linalg.pinv(covariance) @ found) > OTHER and float(np.linalg.norm(found)) > SEEN * fall:
+        raise IllConditioned(
+            "the contact is no ball: it is rounder at one side or at its rim than at its top, as a membrane is that spans a face; measure a flat"
+            " face (`measure_contact`), or fit another shape (`fit_shape`)"
+        )
+
+
+def _held(whitened: Array, count: int) -> tuple[Array, Array]:
+    """Return how much of the first columns (count,) there is in the last one, and the covariance of that."""
+    design, left = whitened[:, :-1], whitened[:, -1]
+    covariance = np.asarray(np.linalg.pinv(design.T @ design), dtype=np.float64)
+    return (covariance @ (design.T @ left))[:count], covariance[:count, :count]
