@@ -73,7 +73,8 @@ class Limits(_Model):
     )
     contact: ContactLimit | None = None
     unwatched: Annotated[Time, Within(0.1, 60.0, "Time")] = Field(
-        default=1.0, description="a motion goes on that no tick looks at"
+        default=1.0,
+        description="a motion goes on that no tick looks at, under the drivers `ur` and `robotiq`: the twin stands still between ticks",
     )
 
     @classmethod

@@ -237,6 +237,12 @@ class ScriptedDevice:
         self.stop()
         self.state = DeviceState.DISCONNECTED
 
+    def release(self, owner: str) -> None:
+        """Stop the motion that an owner left under way."""
+        motion = self.moving
+        if self.fault is None and motion is not None and motion.owner == owner and motion.poll() is MotionState.MOVING:
+            motion.stop()
+
     def stop(self) -> None:
         """End any motion."""
         if self.moving is not None:

@@ -127,7 +127,10 @@ class Behavior(py_trees.behaviour.Behaviour):
         try:
             if self.active:
                 self.active = False
-                self.terminate(new_status)
+                try:
+                    self.terminate(new_status)
+                finally:
+                    self._release()
         except Exception as error:
             # a fault passes as it is; a plan beyond the limits is a mistake of the node here, where nothing may be asked for
             if isinstance(error, DeviceFault) and not isinstance(error, NoAnswer):
@@ -137,6 +140,13 @@ class Behavior(py_trees.behaviour.Behaviour):
             if here.forked:
                 leave_if_forked()
             self.status = new_status
+
+    def _release(self) -> None:
+        """Stop each motion that the node commanded and left under way: nobody would follow it any more."""
+        for name in self.device_names.values():
+            release = getattr(self.context.devices.get(name), "release", None)
+            if release is not None:  # of a device that moves
+                release(self.path)
 
 
 def _check_written(node: Behavior) -> None:

@@ -80,6 +80,14 @@ class Mover(Monitored[D]):
             self.guard()
         return state
 
+    def release(self, owner: str) -> None:
+        """Stop the motion that an owner left under way; does nothing where another one has the device, or a fault has stopped it."""
+        motion = self._current
+        if self.fault is not None or motion is None or motion.owner != owner or motion.ended is not None:
+            return
+        if motion.poll() is MotionState.MOVING:
+            motion.stop()
+
     def guard(self) -> None:
         """Check the limits that hold while the device moves."""
 

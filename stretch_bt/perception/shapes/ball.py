@@ -19,9 +19,10 @@ Array = npt.NDArray[np.float64]
 INSIDE = 0.9  # of the rim, within which the body alone is seen
 LEAST = 16  # cells there, of which forms are told
 # Set over balls, lying cylinders and leaning boxes under membranes of constant tensions, sharp and blurred over 1.2 mm, with four kinds of noise.
-# Difference of two principal curvatures over their sum, with two of its deviations, from which a contact may be a ridge, whose is 1: of 165
-# balls 2 % are beyond it, and nine in ten of the others that had passed for balls.
-RIDGE, SURE = 0.4, 2.0
+# Difference of two principal curvatures over their sum, with SURE deviations, from which a contact may be a ridge, whose is 1, and what clearly
+# is more than a ball's: of 165 balls 1 % are beyond one of them, and seven in ten of the others that had passed for balls.
+RIDGE, SURE = 0.5, 2.0
+UNEVEN, CERTAIN = 0.4, 3.3
 # Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
 # beyond both, and four in ten of what is left of the others.
 OTHER, SEEN = 30.0, 0.15
@@ -47,7 +48,7 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> Non
     left = fit.residuals[inside]
     found, covariance = _held(whiten(np.stack([*ridge, *even, left], axis=1)), len(ridge))
     there, sd = float(np.linalg.norm(found)) / fall, math.sqrt(float(np.trace(covariance)) / len(ridge)) / fall
-    if there + SURE * sd > RIDGE:
+    if there + SURE * sd > RIDGE or there > max(UNEVEN, CERTAIN * sd):
         raise IllConditioned(
             "the contact may be curved in one direction alone, as a lying cylinder is and the high side of a face that leans: the difference"
             f" of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more frames, or fit"

@@ -44,12 +44,14 @@ class _ReplayedDevice:
         self.log = log
         self.journal = journal
         self.current: _ReplayedMotion | None = None
+        self.faulty = False
 
     def take(self, kind: str, name: str) -> Any:
         """Return the next recorded value, or raise the recorded fault or NoAnswer."""
         try:
             return self.log.next(self.name, kind, name)
         except DeviceFault as fault:
+            self.faulty = True
             self.journal.fault(self.name, fault)
             raise
         except NoAnswer as none:
@@ -72,6 +74,14 @@ class _ReplayedDevice:
         self.journal.command(self.name, name, arguments, owner)
         self.current = _ReplayedMotion(self, owner)
         return self.current
+
+    def release(self, owner: str) -> None:
+        """Stop the motion that an owner left under way, as the device of the run did."""
+        motion = self.current
+        if self.faulty or motion is None or motion.owner != owner or motion.ended:
+            return
+        if motion.poll() is MotionState.MOVING:
+            motion.stop()
 
     def stop(self) -> None:
         """End the present motion without a word, as a device that is stopped or taken over."""
