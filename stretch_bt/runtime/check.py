@@ -16,6 +16,7 @@ from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.runtime.sweep_check import check_sweep, modules_below, tree_wrong
 from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
+from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
 from stretch_bt.tree.foreign.node import ForeignNode
@@ -37,6 +38,9 @@ def _unmade(program: Program) -> list[Diagnostic]:
     leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
     found = []
     for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
+        if leaf.info.cls.update is Behavior.update:
+            message, hint = f"{leaf.info.cls.__name__} does not override update()", "write 'def update(self) -> Status'"
+            found.append(leaf.mark.error("import", message, hint))
         try:
             with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
                 made(leaf.info.cls, leaf.label)

@@ -47,7 +47,7 @@ class WrittenMocks:
             return value.name.lower()
         if isinstance(value, Estimate):
             return {"value": float(value), "sd": value.sd}
-        if isinstance(value, np.ndarray) and value.ndim and outputs > 1:
+        if isinstance(value, np.ndarray) and value.ndim and (outputs > 1 or at.startswith("readings.")):
             return self._named(value, at)
         if isinstance(value, np.ndarray | np.generic):
             return value.tolist()

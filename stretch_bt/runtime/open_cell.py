@@ -26,6 +26,7 @@ from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.pending_finally import PendingFinally, worst_of
+from stretch_bt.runtime.seed import checked_seed
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
@@ -99,7 +100,7 @@ class OpenCell:
 
             world = load_scene(str(scene))
         self.scene = None if scene is None else str(scene)
-        self.seed = seed
+        self.seed = seed = checked_seed(seed)
         self.clock: Clock = clock_of(spec)
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}

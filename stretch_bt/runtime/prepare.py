@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.blame import own_code
-from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
+from stretch_bt.runtime.seed import checked_seed
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
@@ -61,8 +61,7 @@ class Task:
     built: BuiltTree = field(init=False)
 
     def __post_init__(self) -> None:
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise InvalidInput(f"a seed is a whole number from 0 on, not {self.seed!r}")
+        self.seed = checked_seed(self.seed)
         if self.mocks is not None:
             self.mocks.attach(self.context.mocked_readings)
         self.built = build(self.program, self.context, self.mocks)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Generator
 from functools import cache
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import py_trees
@@ -57,6 +58,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.runs = 0
         self.active = False
         self.ticking = False
+        self.thread = get_ident()  # that ticks it, and alone may write its outputs
         self.owed = self.unwritten = self.owed  # an attribute of the object is read faster than one of its class
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
@@ -84,6 +86,7 @@ class Behavior(py_trees.behaviour.Behaviour):
     @ticks_own
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
+        self.thread = get_ident()
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
         try:
             if self.status is not _RUNNING:

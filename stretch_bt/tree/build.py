@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -203,7 +204,8 @@ class Builder:
         fresh = []
         for d in declared:
             default = d.default if d.has_default else MISSING
-            cell = Cell(f"{frame.path}/{d.name}", default)
+            cell = Cell(f"{frame.path}/{d.name}")
+            cell.reset(default)
             frame.cells[d.name] = cell
             fresh.append((cell, default))
             self.cells.append(cell)
@@ -284,7 +286,12 @@ class Builder:
         return node
 
     def port(self, part: Leaf, declared: Port) -> Callable[[], Any]:
-        """Return what reads an input port: what it is wired to, else the error of what its quantity is wired to, else its default."""
+        """Return what reads an input port; a list is read as the node's own, which changes no key, param or default."""
+        read = self._fed(part, declared)
+        return read if part.info.types[declared.name].item is None else lambda: copy(read())
+
+    def _fed(self, part: Leaf, declared: Port) -> Callable[[], Any]:
+        """Return what gives an input what it is wired to, else the error of what its quantity is wired to, else its default."""
         default, wire = declared.default, part.inputs.get(declared.name)
         quantity = part.inputs.get(declared.name.removesuffix("_sd")) if declared.name.endswith("_sd") else None
         if wire is None and quantity is not None and (error := self.error_of(quantity)) is not None:

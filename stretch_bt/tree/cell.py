@@ -24,6 +24,10 @@ class _Missing:
 MISSING: Any = _Missing()
 
 
+#: the writer of a key that is absent by its default
+_DEFAULT = "default"
+
+
 class Cell:
     """Where a key's value lives during a run, with its standard deviation."""
 
@@ -40,6 +44,8 @@ class Cell:
     def read(self) -> Any:
         """Return the value; raises UnsetKey when nothing wrote it yet, and Absent when what wrote it had none."""
         if self.value is MISSING:
+            if self.writer == _DEFAULT:
+                raise Absent(f"${self.name} is none, as it is by default")
             if self.writer:
                 raise Absent(f"${self.name} is none: {self.writer} had no value for it")
             raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
@@ -63,10 +69,11 @@ class Cell:
         return sd
 
     def reset(self, value: Any = MISSING) -> None:
-        """Go back to a default, or to unset."""
-        self.value = value
+        """Go back to a default, of which None is absence, or to unset."""
+        absent = value is None
+        self.value = MISSING if absent else value
         self.sd = None
-        self.writer = ""
+        self.writer = _DEFAULT if absent else ""
 
     def write(self, value: Any, writer: str = "") -> None:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping
+from functools import cached_property
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Mark, closest
@@ -10,7 +11,7 @@ from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Known, Part, Wire
 from stretch_bt.tree.flow.call import Call
 from stretch_bt.tree.flow.leaf import Leaf
-from stretch_bt.tree.types import Family
+from stretch_bt.tree.types import ANY, Family
 from stretch_bt.tree.values import sample
 
 __all__ = ["DataFlow", "check_flow"]
@@ -26,6 +27,19 @@ class DataFlow:
         self.diagnostics: list[Diagnostic] = []
         self.names: set[str] = set()  # that something reads
         self._seen: set[tuple[str, Mark]] = set()
+
+    def may_be_absent(self, name: str) -> bool:
+        """Whether a key may hold nothing though it was written: by its default, by `none`, or as a node had nothing for it."""
+        return name in self._absent
+
+    @cached_property
+    def _absent(self) -> set[str]:
+        signature = self.signature
+        tables = (signature.keys, signature.ins, signature.outs, signature.inouts)
+        found = {d.name for table in tables for d in table.values() if d.has_default and d.default is None}
+        for part in self.body.walk():
+            found |= part.absent()
+        return found
 
     def read(self, wires: Iterable[Wire], known: Known, beside: Container[str] = ()) -> None:
         """Note each key that these wires read and that is not surely written; a record that was left out may be unset.
@@ -124,6 +138,9 @@ def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], re
     used = read | set(signature.outs) | set(signature.inouts) | signature.left_out
     found = []
     for name, places in writers.items():
+        declared = signature.declared(name)
+        if declared is not None and declared.type is ANY:  # of one that is `none` alone, reads are not known
+            continue
         if name not in used:
             hint = _meant(name, used) or "read it, make it an 'out', or leave it out"
             found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))

@@ -49,6 +49,9 @@ def _set(doc: Document, name: str, given: Any) -> None:
 
 
 def _take(param: Param, text: Any, name: str, mark: Mark) -> None:
+    if text in (None, "none") and param.has_default and param.default is None and param.type.family is not Family.STR:
+        param.value = None
+        return
     param.value = literal(_given(text, param.type, mark), param.type, name)
     check_bounds(param.value, param.type, param.min, param.max, mark, name)
 
@@ -72,6 +75,8 @@ def _given(text: Any, type_: Type, mark: Mark) -> Value:
 def _written(value: Any, type_: Type) -> str:
     """Return what is set as a file would have it; numbers given from Python are SI."""
     value = plain_number(value)
+    if type_.item is not None and hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
     if isinstance(value, str):
         return value
     if isinstance(value, list | tuple):

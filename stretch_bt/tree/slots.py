@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput, NodeError
@@ -50,7 +51,7 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if type(value) is not self.exact:
+        if type(value) is not self.exact or get_ident() != node.thread:
             self.judge(node, value)
         else:
             node.unwritten &= self.others
@@ -58,6 +59,9 @@ class _OutputSlot:
 
     def judge(self, node: Behavior, value: Any) -> None:
         """Write what is not plainly right: as it is to be kept, or raise NodeError; None leaves the key without a value."""
+        if get_ident() != node.thread:
+            hint = "keep what it found in an attribute of the node, and write it in update()"
+            raise NodeError(node.path, f"wrote {self.name!r} in another thread than that of the tree; {hint}")
         try:
             kept = self.check.judge(value)
         except InvalidInput as error:
@@ -79,7 +83,7 @@ class _NumberSlot(_OutputSlot):
         self.low, self.high = check.low, check.high
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if type(value) is self.exact and self.low <= value <= self.high:  # type: ignore[operator]
+        if type(value) is self.exact and self.low <= value <= self.high and get_ident() == node.thread:  # type: ignore[operator]
             node.unwritten &= self.others
             cell = node.sinks[
                 self.name

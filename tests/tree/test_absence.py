@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from stretch_bt import check
 from stretch_bt.tree import registry
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.units import Length
@@ -149,3 +150,40 @@ def test_a_tree_reads_and_writes_a_key_of_its_caller(nodes: Any) -> None:
     outcome = nodes.run(body, trees=trees)
     assert outcome.status == "SUCCESS", outcome.reason
     assert nodes.output("count")[0] == 7
+
+
+#: a body that reads keys which are absent by their default -> how it ends, part of the reason
+BY_DEFAULT = {
+    "check: x > 1 mm": ("FAILURE", "$main/x is none, as it is by default"),
+    "check: x == none": ("SUCCESS", ""),
+    "selector: [check: x > 1 mm, check: x == none]": ("SUCCESS", ""),
+    "for_each: {items: $xs, as: $i, do: [check: i > 0]}": ("FAILURE", "$main/xs is none"),
+    "set: {y: 2 * x}": ("FAILURE", "$main/x is none"),
+    "selector: [set: {y: 2 * x}, set: {y: 1 mm}]": ("SUCCESS", ""),
+    "wait: {duration: 1 s * (x / 1 mm)}": ("FAILURE", "$main/x is none"),
+}
+
+
+@pytest.mark.parametrize("body", BY_DEFAULT)
+def test_a_key_that_is_absent_by_default_fails_what_needs_it(run: Any, body: str) -> None:
+    """It was a TypeError, and `check` held that a `set` that works something out of it cannot fail."""
+    status, reason = BY_DEFAULT[body]
+    keys = "{x: {type: Length, default: none}, xs: {type: 'list[int]', default: none}, y: {default: 0 mm}}"
+    outcome = run(f"format: stretch-tree/1\ntrees: {{main: {{keys: {keys}, sequence: [{body}, check: y >= 0 mm]}}}}\n")
+    assert (outcome.status, reason in outcome.reason) == (status, True), outcome.reason
+
+
+def test_a_key_that_is_none_alone_is_not_held_for_unread(tmp_path: Any) -> None:
+    path = tmp_path / "tree.yaml"
+    head = "format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n"
+    path.write_text(f"{head}trees: {{main: {{sequence: [set: {{k: none}}, approach: {{max_travel: $k}}]}}}}\n")
+    assert check(path) == []
+
+
+def test_a_param_that_may_be_none_can_be_set_to_it(run: Any) -> None:
+    text = "format: stretch-tree/1\nparams: {p: {type: Length, default: none}}\ntrees: {main: {sequence: [check: p == none]}}\n"
+    assert [run(text, params={"p": value}).status for value in (None, "none", 0.003)] == [
+        "SUCCESS",
+        "SUCCESS",
+        "FAILURE",
+    ]

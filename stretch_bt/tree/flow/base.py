@@ -130,6 +130,10 @@ class Part(ABC):
         """Whether it may take more than one tick."""
         return any(child.is_long() for child in self.children())
 
+    def absent(self) -> set[str]:
+        """Return the keys that it may leave without a value where it ends with SUCCESS."""
+        return set()
+
     def walk(self) -> Iterator[Part]:
         """Yield the part and everything inside it, in order, without entering the trees that it calls."""
         yield self

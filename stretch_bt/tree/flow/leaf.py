@@ -60,6 +60,11 @@ class Leaf(Part):
         data.read_over(self.inouts, {name for name in self.inouts if not self.info.ports[name].required}, known)
         return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
+    def absent(self) -> set[str]:
+        """Return the keys of outputs that may be none."""
+        optional = (name for name, check in self.info.written().items() if check.optional and name in self.outputs)
+        return {self.outputs[name][0] for name in optional}
+
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node with its ports bound to slots."""
         return builder.leaf(self, path)

@@ -85,7 +85,14 @@ class SetKeys(Part):
         """Everything is read before anything is written."""
         for key, wire in (*self.wires.items(), *self.sds.items()):
             data.read([wire], known, beside=self.wires.keys() - {key})
-        return Flow(known | set(self.wires), None)
+        # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
+        worked_out = [w for w in (*self.wires.values(), *self.sds.values()) if w.single_key() is None]
+        fails = any(data.may_be_absent(name) for wire in worked_out for name, _ in wire.reads)
+        return Flow(known | set(self.wires), known if fails else None)
+
+    def absent(self) -> set[str]:
+        """Return the keys that it may leave without a value."""
+        return {key for key, wire in self.wires.items() if wire.is_constant and wire.value is None}
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""

@@ -1,0 +1,103 @@
+"""What nodes of one's own do with their data: lists of ports are theirs, and outputs are written by the thread of the tree."""
+
+import json
+
+import numpy as np
+import pytest
+
+import stretch_bt
+from stretch_bt import check
+from stretch_bt.errors import InvalidInput
+
+MODULE = '''
+import threading
+from stretch_bt import Behavior, In, Out, Status, node
+
+@node
+class Appends(Behavior):
+    """Appends to its list."""
+    instant = True
+    ys: In[list[int]] = [1]
+    n: Out[int]
+
+    def update(self) -> Status:
+        ys = self.ys
+        ys.append(2)
+        self.n = len(ys)
+        return Status.SUCCESS
+
+@node
+class Threaded(Behavior):
+    """Writes its output in a thread."""
+    y: Out[int]
+
+    def initialise(self):
+        self.thread_ = threading.Thread(target=lambda: setattr(self, "y", 3))
+        self.thread_.start()
+
+    def update(self) -> Status:
+        self.thread_.join()
+        return Status.SUCCESS
+
+@node
+class Empty(Behavior):
+    """Does nothing."""
+'''
+
+
+@pytest.fixture
+def written(tmp_path, own_nodes, request):
+    """Write a tree beside the module, whose name no other test has."""
+    name = f"own_data_{abs(hash(request.node.name))}"
+    (tmp_path / f"{name}.py").write_text(MODULE)
+
+    def write(text):
+        (tmp_path / "tree.yaml").write_text(f"format: stretch-tree/1\nimports: {{own: {name}}}\n{text}")
+        return tmp_path / "tree.yaml"
+
+    return write
+
+
+def test_a_list_that_a_node_changes_is_its_own(run, tmp_path, written):
+    text = """
+params: {p: {type: 'list[int]', default: [1, 2]}}
+trees: {main: {out: [n, m, p2], sequence: [appends: {ys: $p, n: $n}, appends: {n: $m}, set: {p2: p}]}}
+"""
+    for _ in range(2):
+        outputs = run(written(text), modules=tmp_path).outputs
+        assert [outputs[name]["value"] for name in ("n", "m", "p2")] == [3, 2, [1, 2]]
+
+
+def test_an_output_is_not_written_by_another_thread(run, tmp_path, written):
+    result = run(written("trees: {main: {out: [y], sequence: [threaded: {y: $y}]}}\n"), modules=tmp_path)
+    assert result.status == "ERROR"
+    assert "wrote 'y' in another thread" in json.dumps(result.broken)
+    assert ["another thread" in error for error in result.errors] == [True]  # and the record is whole
+
+
+def test_a_node_without_an_update_is_found_before_a_run(written):
+    path = written("trees: {main: {sequence: [empty]}}\n")
+    assert [found.message for found in check(path)] == ["Empty does not override update()"]
+
+
+def test_arrays_of_numpy_are_readings_and_params(run):
+    text = """
+format: stretch-tree/1
+devices: {arm: Arm}
+params: {ds: {type: 'list[Length]', default: [1 mm]}}
+trees: {main: {sequence: [check: arm.force < 2 N, check: 'arm.force > 2 N and at(ds, 0) == 3 mm']}}
+"""
+    result = run(text, mocks={"readings": {"arm.force": np.array([1.0, 3.0])}}, params={"ds": np.array([0.003])})
+    assert result.status == "SUCCESS", result.reason
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, None, "3", True])
+def test_a_seed_is_a_whole_number(seed):
+    with pytest.raises(InvalidInput, match="a seed is a whole number from 0 on"):
+        stretch_bt.open_cell(scene="water_balloon", seed=seed)
+
+
+def test_a_seed_may_be_one_of_numpy(run):
+    assert (
+        run("format: stretch-tree/1\ntrees: {main: {sequence: [check: 1 < 2]}}\n", seed=np.int64(3)).status == "SUCCESS"
+    )
