@@ -32,11 +32,11 @@ class Threaded(Behavior):
     y: Out[int]
 
     def initialise(self):
-        self.thread_ = threading.Thread(target=lambda: setattr(self, "y", 3))
-        self.thread_.start()
+        self.thread = threading.Thread(target=lambda: setattr(self, "y", 3))
+        self.thread.start()
 
     def update(self) -> Status:
-        self.thread_.join()
+        self.thread.join()
         return Status.SUCCESS
 
 @node
