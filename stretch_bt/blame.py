@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
 
-from stretch_bt.errors import NodeError, StretchError, named, writable
+from stretch_bt.errors import InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone
 
 __all__ = ["Broken", "blame", "own_code", "place_of", "place_of_thread"]
@@ -38,13 +38,23 @@ class Broken(dict[str, str]):
 
 
 def blame(error: BaseException) -> Broken | None:
-    """Return where an error of own code came up; None where the error is told in full by its words."""
+    """Return where an error of own code came up; None where the error is told in full by its words.
+
+    Of what this package refuses, the words tell all but where code of one's own asked for it.
+    """
     cause = error.__cause__ if isinstance(error, NodeError) and error.__cause__ is not None else error
-    if isinstance(cause, StretchError) and not isinstance(cause, NodeError):
+    told = isinstance(cause, StretchError) and not isinstance(cause, NodeError)
+    if told and not (isinstance(cause, InvalidInput) and _is_foreign(cause)):
         return None
     at = place_of(cause)
     text = "".join(map(_shown, traceback.format_exception(cause)))
     return Broken(at=at, traceback=text) if at else None
+
+
+def _is_foreign(error: BaseException) -> bool:
+    """Whether an error came through code that is not of this package."""
+    frames = list(_own(traceback.extract_tb(error.__traceback__)))
+    return bool(frames) and not Path(frames[0].filename).is_relative_to(_HERE)
 
 
 def _shown(part: str) -> str:

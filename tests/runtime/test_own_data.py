@@ -8,6 +8,7 @@ import pytest
 import stretch_bt
 from stretch_bt import check
 from stretch_bt.errors import InvalidInput
+from stretch_bt.runtime.replay import replay
 
 MODULE = '''
 import threading
@@ -101,3 +102,33 @@ def test_a_seed_may_be_one_of_numpy(run):
     assert (
         run("format: stretch-tree/1\ntrees: {main: {sequence: [check: 1 < 2]}}\n", seed=np.int64(3)).status == "SUCCESS"
     )
+
+
+def test_a_wrong_call_of_a_device_is_the_same_in_a_replay_and_has_its_line(run, tmp_path, own_nodes):
+    text = """
+from stretch_bt import Behavior, Status, Uses, node
+from stretch_bt.errors import InvalidInput
+from stretch_bt.runtime.replay import replay
+from stretch_bt.hardware.interfaces import Arm
+
+@node
+class NoOwner(Behavior):
+    "Moves without an owner."
+    arm: Uses[Arm]
+    def update(self): self.arm.move(self.arm.pose(0.2).value, speed=0.05)
+
+@node
+class Refuses(Behavior):
+    "Raises an error of the package."
+    def update(self): raise InvalidInput("boom")
+"""
+    (tmp_path / "own_calls_of.py").write_text(text)
+    for name, said, line in (("no_owner", "MonitoredArm.move() missing", 10), ("refuses", "boom", 15)):
+        path = tmp_path / "tree.yaml"
+        head = "format: stretch-tree/1\nimports: {own: own_calls_of}\ndevices: {arm: Arm}\nscene: water_balloon\n"
+        path.write_text(f"{head}trees: {{main: {{sequence: [{name}]}}}}\n")
+        result = run(path, modules=tmp_path, out=tmp_path / name)
+        assert result.status == "ERROR"
+        assert said in result.reason
+        assert [broken["at"].endswith(f"own_calls_of.py:{line} in update") for broken in result.broken] == [True]
+        assert replay(result.record, trust=True).identical
