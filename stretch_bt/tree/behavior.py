@@ -58,7 +58,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.runs = 0
         self.active = False
         self.ticking = False
-        self._ticked_by = get_ident()  # that ticks it, and alone may write its outputs
+        self.ticked_by = get_ident()  # that ticks it, and alone may write its outputs
         self.owed = self.unwritten = self.owed  # an attribute of the object is read faster than one of its class
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
@@ -86,7 +86,7 @@ class Behavior(py_trees.behaviour.Behaviour):
     @ticks_own
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
-        self._ticked_by = get_ident()
+        self.ticked_by = get_ident()
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
         try:
             if self.status is not _RUNNING:

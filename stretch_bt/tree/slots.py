@@ -51,7 +51,7 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if type(value) is not self.exact or get_ident() != node._ticked_by:
+        if type(value) is not self.exact or get_ident() != node.ticked_by:
             self.judge(node, value)
         else:
             node.unwritten &= self.others
@@ -59,7 +59,7 @@ class _OutputSlot:
 
     def judge(self, node: Behavior, value: Any) -> None:
         """Write what is not plainly right: as it is to be kept, or raise NodeError; None leaves the key without a value."""
-        if get_ident() != node._ticked_by:
+        if get_ident() != node.ticked_by:
             hint = "keep what it found in an attribute of the node, and write it in update()"
             raise NodeError(node.path, f"wrote {self.name!r} in another thread than that of the tree; {hint}")
         try:
@@ -83,7 +83,7 @@ class _NumberSlot(_OutputSlot):
         self.low, self.high = check.low, check.high
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if type(value) is self.exact and self.low <= value <= self.high and get_ident() == node._ticked_by:  # type: ignore[operator]
+        if type(value) is self.exact and self.low <= value <= self.high and get_ident() == node.ticked_by:  # type: ignore[operator]
             node.unwritten &= self.others
             cell = node.sinks[
                 self.name

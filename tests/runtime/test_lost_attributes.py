@@ -113,7 +113,7 @@ def test_a_node_that_clears_itself_is_told_in_one_sentence(bench: Any) -> None:
     registry.node(Loses)
     outcome = bench.run("sequence: [{name: a, loses: {way: clear}}]\nfinally: [{name: b, loses: {way: clear}}]")
     said = (
-        "own code took away or changed 'active' and 18 more, which the run needs; call attributes of your own otherwise"
+        "own code took away or changed 'active' and 19 more, which the run needs; call attributes of your own otherwise"
     )
     assert (outcome.status, outcome.reason) == ("ERROR", f"main/a: {said}")
     assert outcome.errors == [f"finally: main/finally/b: {said}"]
