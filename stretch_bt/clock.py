@@ -14,6 +14,9 @@ from contextlib import suppress
 from operator import itemgetter
 from typing import Protocol
 
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.units import is_number
+
 __all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
@@ -97,8 +100,10 @@ class VirtualClock:
         return self.now() >= deadline - _ROUNDING
 
     def advance(self, seconds: float) -> None:
-        """Go on by some seconds."""
-        self.wait_until(self._now + seconds)
+        """Go on by some seconds; raises InvalidInput for what is no number from 0 on."""
+        if not (is_number(seconds) and seconds >= 0):
+            raise InvalidInput(f"a clock goes on by a number of seconds from 0 on, not {shown(seconds)}")
+        self.wait_until(self._now + float(seconds))
 
     def wake(self) -> None:
         """Nothing waits on a virtual clock."""

@@ -3,9 +3,11 @@
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from stretch_bt.clock import JITTER, LONGEST, PacedClock, RealClock, VirtualClock
+from stretch_bt.errors import InvalidInput
 
 #: how long waits may go on before one is taken to have no end, s
 _ENDS = 60.0
@@ -68,3 +70,12 @@ def test_a_wake_ends_the_wait_of_a_paced_clock_where_it_stands():
     clock.wait_until(60.0)
     assert clock.now() == 0.0
     assert not clock.reached(60.0)
+
+
+@pytest.mark.parametrize("seconds", [-0.7, float("nan"), float("inf"), "1 s", None])
+def test_a_clock_goes_on_by_a_number_of_seconds(seconds):
+    clock = VirtualClock()
+    with pytest.raises(InvalidInput, match="a number of seconds from 0 on"):
+        clock.advance(seconds)
+    clock.advance(np.float32(0.5))
+    assert type(clock.now()) is float

@@ -274,9 +274,14 @@ class OpenCell:
             self._record.begin_tick(self.grid.ticks, context.now)
 
     def settle(self) -> None:
-        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that."""
+        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that.
+
+        A subtree that has come to its `finally` is interrupted: what begins would else take the devices from it.
+        """
         self.between.settle()
         with one_thread():
+            for subtree in [each for each in self.live if each.is_ending]:
+                subtree.stop(Status.INVALID)
             self.pending_finally.settle()
         errors = self.pending_finally.take_errors()
         if errors:

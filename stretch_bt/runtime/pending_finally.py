@@ -50,7 +50,8 @@ class FinallyTicker:
         if status is Status.RUNNING and now - self._began < FINALLY_LIMIT:
             return True
         if status is not Status.SUCCESS:
-            self.failed = self.failed or f"{finish.path}: {finish.feedback_message or 'it did not end in time'}"
+            why = "it did not end in time" if status is Status.RUNNING else "it failed"
+            self.failed = self.failed or f"{finish.path}: {finish.feedback_message or why}"
         self.errors += stop_tree(finish)
         self._ahead[:1] = self.built.take_pending(finish)
         self._began = None

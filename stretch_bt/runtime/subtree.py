@@ -88,6 +88,11 @@ class Subtree(py_trees.behaviour.Behaviour):
         asked = {} if scene is None else {key.text: value for key, value in scene.placed_params.items()}
         return {name: value for name, value in asked.items() if name in known and name not in params}
 
+    @property
+    def is_ending(self) -> bool:
+        """Whether its task has ended, and its `finally` goes on."""
+        return self._finally is not None
+
     # --- what py_trees calls
 
     def initialise(self) -> None:

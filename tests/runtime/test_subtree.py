@@ -136,6 +136,20 @@ def test_what_is_owed_runs_before_whatever_comes_next_on_the_cell(opened, task, 
     assert MarkForTest.marks[1] == "a/main/finally/end_a"
 
 
+def test_a_call_on_the_cell_waits_for_a_finally_that_goes_on(opened, task):
+    """It took the arm from it: the hand was left down, and the finally was said not to have ended in time."""
+    path = task("  main:\n    sequence: [check: 1 > 2]\n    finally: [retract: {clearance: 30 mm, speed: 10 mm/s}]\n")
+    opened.do("lower", by="5 mm", speed="20 mm/s")
+    before = opened.arm.pose(1.0).value.height
+    subtree = stretch_bt.subtree(path, opened)
+    for _ in range(5):
+        subtree.tick_once()
+    assert subtree.status is Status.RUNNING
+    opened.do("lower", by="1 mm", speed="20 mm/s")
+    assert opened.arm.pose(1.0).value.height > before + 10e-3
+    assert subtree.status is Status.INVALID
+
+
 def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(opened, task):
     end = "{retract: {clearance: 5 mm, speed: 20 mm/s}}, {mark_for_test: {}}"
     a = stretch_bt.subtree(

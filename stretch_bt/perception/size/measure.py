@@ -24,6 +24,7 @@ from stretch_bt.units import is_number
 __all__ = ["diameters", "measure_contact"]
 
 FILLET, FILLET_SD = 1e-3, 0.58e-3  # m, of the object's edge, where the caller knows no better: any from 0 to 2 mm
+LEANING, LEAST_CELLS = 3e-3, 6  # m for each unit of a face's slope, that its middle may be off; cells that show a slope
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
 HIGH = 0.93  # of the depth, from which a place may be another contact
@@ -115,6 +116,7 @@ def measure_contact(
             " move the hand over the middle of the object"
         )
     (x, x_sd), (y, y_sd) = size.center
+    leaning = _leaning(cells)
     unlike = 0.0
     if hypothesis == "auto" and shape.name != "free_form":
         unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
@@ -122,7 +124,7 @@ def measure_contact(
         shape.name,
         found.evidence,
         (x, y),
-        (x_sd, y_sd),
+        (math.hypot(x_sd, leaning), math.hypot(y_sd, leaning)),
         size.diameter_i[0],
         math.hypot(
             unlike,
@@ -218,6 +220,16 @@ def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size
     x, y = (grid.ravel() for grid in np.meshgrid(size.center[0][0] + steps, size.center[1][0] + steps))
     whole, seen = shape.outside(q, x, y), shape.outside(q, cells.x[cells.valid], cells.y[cells.valid])
     return _in_strip(seen) / max(_in_strip(whole), 1)
+
+
+def _leaning(cells: Cells) -> float:
+    """Return what the middle of a contact may be off, m, as its high side alone bends the membrane much where it leans."""
+    inside = cells.valid & (cells.touching > 0.5)
+    if np.count_nonzero(inside) < LEAST_CELLS:
+        return 0.0
+    x, y = cells.x[inside], cells.y[inside]
+    plane = np.linalg.lstsq(np.stack([x - x.mean(), y - y.mean(), np.ones_like(x)]).T, cells.height[inside])[0]
+    return LEANING * math.hypot(plane[0], plane[1])
 
 
 def _in_strip(outside: npt.NDArray[np.float64]) -> int:
