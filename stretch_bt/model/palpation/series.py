@@ -159,7 +159,7 @@ def fit_series(
     robot_sd
         By how much the hand stands off where it was sent, m, from press to press.
     common_sd
-        By how much all heights may be off alike, m: that changes the force, and not the drop.
+        By how much all heights may be off alike, m: that changes the force, and not the drop. What `top` and `height` state is without it.
 
     Raises
     ------
