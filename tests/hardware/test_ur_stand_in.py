@@ -73,8 +73,8 @@ def test_a_cb3_has_no_contact_detection_and_says_that_it_is_done(controller):
     newer = controller("ur5e")
     newer.inject("wall", {"height": 0.19, "stiffness": 1000})
     assert clients("contact", newer.host) == {"done": True}
-    # 5 N are felt 5 mm within the wall; a machine that is late looks at them a moment later
-    assert 0.18 < newer.state()["height"] < 0.1851
+    # 5 N are felt 5 mm within the wall, or sooner with the noise of the force; a machine that is late looks at them a moment later
+    assert 0.18 < newer.state()["height"] < 0.188
 
 
 @pytest.mark.parametrize("model", [pytest.param("ur", marks=pytest.mark.slow), "ur5e"])
