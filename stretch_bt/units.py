@@ -42,6 +42,7 @@ __all__ = [
     "kind_of",
     "parse_quantity",
     "parse_unit",
+    "plain_list",
     "plain_number",
     "suggest_quantity",
     "unit_names",
@@ -298,6 +299,11 @@ def plain_number(value: Any) -> Any:
     if isinstance(value, Integral):
         return int(value)
     return float(value) if isinstance(value, Real) else value
+
+
+def plain_list(value: Any) -> Any:
+    """Return an array of numpy as a list of Python's own numbers, and anything else as it is."""
+    return value.tolist() if type(value).__module__ == "numpy" and getattr(value, "ndim", 0) > 0 else value
 
 
 def kind_of(dimension: Dimension) -> Kind | None:

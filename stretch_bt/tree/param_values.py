@@ -12,7 +12,7 @@ from stretch_bt.tree.document import Document, Param
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
-from stretch_bt.units import plain_number
+from stretch_bt.units import plain_list, plain_number
 
 __all__ = ["set_params"]
 
@@ -49,7 +49,8 @@ def _set(doc: Document, name: str, given: Any) -> None:
 
 
 def _take(param: Param, text: Any, name: str, mark: Mark) -> None:
-    if text in (None, "none") and param.has_default and param.default is None and param.type.family is not Family.STR:
+    is_none = text is None or (isinstance(text, str) and text == "none")
+    if is_none and param.has_default and param.default is None and param.type.family is not Family.STR:
         param.value = None
         return
     param.value = literal(_given(text, param.type, mark), param.type, name)
@@ -74,9 +75,7 @@ def _given(text: Any, type_: Type, mark: Mark) -> Value:
 
 def _written(value: Any, type_: Type) -> str:
     """Return what is set as a file would have it; numbers given from Python are SI."""
-    value = plain_number(value)
-    if type_.item is not None and hasattr(value, "tolist"):  # of numpy
-        value = value.tolist()
+    value = plain_list(plain_number(value))
     if isinstance(value, str):
         return value
     if isinstance(value, list | tuple):

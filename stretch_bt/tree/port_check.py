@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.tree.types import ANY, Family, Type, from_annotation
 from stretch_bt.tree.values import outside, within
-from stretch_bt.units import Estimate, is_number, parse_quantity, plain_number
+from stretch_bt.units import Estimate, is_number, parse_quantity, plain_list, plain_number
 
 __all__ = ["PortCheck", "allows_none"]
 
@@ -77,8 +77,7 @@ class PortCheck:
         raise InvalidInput(self._refusal(value))
 
     def _list(self, value: Any, type_: Type) -> Any:
-        if type(value).__module__ == "numpy" and getattr(value, "ndim", 0) > 0:
-            value = value.tolist()
+        value = plain_list(value)
         if not isinstance(value, list | tuple) or type_.item is None:
             raise InvalidInput(self._refusal(value))
         items = [self._fit(item, type_.item) for item in value]

@@ -86,9 +86,9 @@ def test_arrays_of_numpy_are_readings_and_params(run):
 format: stretch-tree/1
 devices: {arm: Arm}
 params: {ds: {type: 'list[Length]', default: [1 mm]}}
-trees: {main: {sequence: [check: arm.force < 2 N, check: 'arm.force > 2 N and at(ds, 0) == 3 mm']}}
+trees: {main: {sequence: [check: arm.force < 2 N, check: 'arm.force > 2 N and at(ds, 1) == 3 mm']}}
 """
-    result = run(text, mocks={"readings": {"arm.force": np.array([1.0, 3.0])}}, params={"ds": np.array([0.003])})
+    result = run(text, mocks={"readings": {"arm.force": np.array([1.0, 3.0])}}, params={"ds": np.array([0.001, 0.003])})
     assert result.status == "SUCCESS", result.reason
 
 
