@@ -22,6 +22,7 @@ __all__ = [
     "binned_surface",
     "camera_side",
     "check_labels",
+    "check_pitch",
     "check_points",
     "clean",
     "finite",
@@ -140,6 +141,14 @@ def check_labels(labels: LabelArray, points: FloatArray) -> None:
         raise InvalidInput(f"labels need the shape of the frame, {points.shape[:2]}, got {labels.shape}")
 
 
+def check_pitch(pitch: float) -> None:
+    """Raise InvalidInput unless pixels lie so far apart, m, as those of a camera before a membrane."""
+    if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
+        raise InvalidInput(
+            f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
+        )
+
+
 def camera_side(points: FloatArray, valid: MaskArray) -> int:
     """Return +1 where z points towards the camera, -1 where away from it.
 
@@ -188,10 +197,7 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
-    if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
-        raise InvalidInput(
-            f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
-        )
+    check_pitch(pitch)
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
     precision = np.float32 if points.dtype.itemsize <= 4 else np.float64

@@ -20,9 +20,7 @@ class Context(Protocol):
     period: float  # of the ticks, s
     hand: Hand
     limits: Limits | None  # of the cell, where the run has one
-    devices: Mapping[
-        str, Any
-    ]  # by the names that the tree has for them; none before they are open, and where all is mocked
+    devices: Mapping[str, Any]  # by their names in the tree; none before they are open, and where all is mocked
     memory: dict[Any, Any]  # what the nodes of one run remember together
     about: Mapping[str, Any]  # what identifies the run: the header of its record
     folder: Path | None  # of the run's record, where it has one

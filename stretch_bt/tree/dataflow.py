@@ -28,12 +28,9 @@ class DataFlow:
         self.names: set[str] = set()  # that something reads
         self._seen: set[tuple[str, Mark]] = set()
 
-    def may_be_absent(self, name: str) -> bool:
-        """Whether a key may hold nothing though it was written: by its default, by `none`, or as a node had nothing for it."""
-        return name in self._absent
-
     @cached_property
-    def _absent(self) -> set[str]:
+    def absent(self) -> set[str]:
+        """The keys that may hold nothing though they were written: by their default, by `none`, or as a node had nothing for them."""
         signature = self.signature
         tables = (signature.keys, signature.ins, signature.outs, signature.inouts)
         found = {d.name for table in tables for d in table.values() if d.has_default and d.default is None}

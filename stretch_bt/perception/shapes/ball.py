@@ -45,8 +45,8 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> Non
     other = [square * x, square * y, x * (square - 4.0 * y * y), y * (4.0 * x * x - square), square**2]
     other += [ridge[0] ** 2 - ridge[1] ** 2, ridge[0] * ridge[1]]
     fall = 0.5 * abs(float(q[3])) * rim**2
-    left = fit.residuals[inside]
-    found, covariance = _held(whiten(np.stack([*ridge, *even, left], axis=1)), len(ridge))
+    whitened = whiten(np.stack([*other, *ridge, *even, fit.residuals[inside]], axis=1))
+    found, covariance = _held(whitened[:, len(other) :], len(ridge))
     there, sd = float(np.linalg.norm(found)) / fall, math.sqrt(float(np.trace(covariance)) / len(ridge)) / fall
     if there + SURE * sd > RIDGE or there > max(UNEVEN, CERTAIN * sd):
         raise IllConditioned(
@@ -54,7 +54,7 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> Non
             f" of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more frames, or fit"
             " another shape (`fit_shape`)"
         )
-    found, covariance = _held(whiten(np.stack([*other, *ridge, *even, left], axis=1)), len(other))
+    found, covariance = _held(whitened, len(other))
     if float(found @ np.linalg.pinv(covariance) @ found) > OTHER and float(np.linalg.norm(found)) > SEEN * fall:
         raise IllConditioned(
             "the contact is no ball: it is rounder at one side or at its rim than at its top, as a membrane is that spans a face; measure a flat"

@@ -10,14 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception.clean import without_flying
-from stretch_bt.perception.surface import (
-    LARGEST_PITCH,
-    SMALLEST_PITCH,
-    camera_side,
-    check_labels,
-    check_points,
-    pitch_of,
-)
+from stretch_bt.perception.surface import camera_side, check_labels, check_pitch, check_points, pitch_of
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
 __all__ = ["Cells", "cells_of"]
@@ -146,6 +139,5 @@ def _pitch(x: Array, kept: MaskArray) -> float:
             "too few pixels are valid to see a shape; keep reflections off the membrane, or average more frames"
         )
     pitch = float(np.median(steps))
-    if not SMALLEST_PITCH <= pitch / SIDE <= LARGEST_PITCH:
-        raise InvalidInput(f"points are in metres; {pitch / SIDE:.3g} m from pixel to pixel is another unit")
+    check_pitch(pitch / SIDE)
     return pitch

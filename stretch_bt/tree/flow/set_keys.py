@@ -87,7 +87,7 @@ class SetKeys(Part):
             data.read([wire], known, beside=self.wires.keys() - {key})
         # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
         worked_out = [w for w in (*self.wires.values(), *self.sds.values()) if w.single_key() is None]
-        fails = any(data.may_be_absent(name) for wire in worked_out for name, _ in wire.reads)
+        fails = any(name in data.absent for wire in worked_out for name, _ in wire.reads)
         return Flow(known | set(self.wires), known if fails else None)
 
     def absent(self) -> set[str]:
