@@ -11,6 +11,7 @@ from stretch_bt.brief import BriefRepr, brief
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Cloud, Contact
 from stretch_bt.tree.registry import object_types
+from stretch_bt.tree.types import unaliased
 
 SHOWN = {
     "vector": (np.array([1.0, 2.5]), "[1, 2.5]"),
@@ -44,6 +45,7 @@ def test_records_of_perception_are_short():
 
 
 def _is_image(hint: object) -> bool:
+    hint = unaliased(hint)
     return typing.get_origin(hint) is np.ndarray or any(_is_image(part) for part in typing.get_args(hint))
 
 

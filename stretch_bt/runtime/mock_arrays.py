@@ -16,6 +16,7 @@ from stretch_bt.brief import brief
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import Mark, Scalar, Value, did_you_mean
 from stretch_bt.source.arrays import array_names, load_array, load_arrays
+from stretch_bt.tree.types import unaliased
 from stretch_bt.tree.values import refuse
 
 __all__ = ["ARRAYS", "MockArrays", "array_fields", "array_of", "names_array"]
@@ -152,8 +153,10 @@ def array_fields(cls: type) -> Mapping[str, np.dtype[Any] | None]:
 
 def _array_hint(hint: Any) -> Any:
     """Return the part of an annotation that is of an array, also where it may be None."""
-    parts = (hint, *typing.get_args(hint)) if type(None) in typing.get_args(hint) else (hint,)
-    return next((part for part in parts if np.ndarray in (part, typing.get_origin(part))), None)
+    hint = unaliased(hint)
+    parts = typing.get_args(hint) if type(None) in typing.get_args(hint) else (hint,)
+    arrays = (unaliased(part) for part in parts)
+    return next((part for part in arrays if np.ndarray in (part, typing.get_origin(part))), None)
 
 
 def _dtype(hint: Any) -> np.dtype[Any] | None:

@@ -98,19 +98,30 @@ class _Series:
         self.spent = 0
 
     def pull(self, drop: float) -> float:
-        """Return by how much the membrane presses harder than the object at a drop, N."""
+        """Return by how much the membrane presses harder than the object at a drop, N.
+
+        0 where both agree but for `close`: rounding does not decide from which side a kink is come to.
+        """
         self.spent += 1
-        return self.membrane(self.travel - drop)[0] - self.thing(drop)[0]
+        pressed, held = self.membrane(self.travel - drop)[0], self.thing(drop)[0]
+        return 0.0 if abs(pressed - held) <= self.close * pressed else pressed - held
 
     def reached(self, ends: Sequence[float], start: float) -> Equilibrium:
         """Return the first equilibrium on the way from `start`, by the pieces between ends."""
-        grows = start <= ends[0] or self.pull(start) > 0
+        pull = self.pull(start) if start > ends[0] else math.inf
+        if pull == 0:
+            return self._at(start)
+        grows = pull > 0
         pieces = [(a, b) for a, b in pairwise(ends) if (b > start if grows else a < start)]
         jumped = False
         for piece in pieces if grows else reversed(pieces):
             low, high = (max(piece[0], start), piece[1]) if grows else (piece[0], min(piece[1], start))
+            end = high if grows else low
             # at the last end the membrane is free, at the first one the object
-            if self._held(piece, ends, high) if grows else self._let_go(piece, ends, low):
+            pull = -math.inf if grows and end == ends[-1] else math.inf if end == ends[0] else self.pull(end)
+            if pull == 0:
+                return self._at(end)._replace(jumped=jumped)
+            if grows == (pull < 0):
                 return self.between(low, high)._replace(jumped=jumped)
             falls = self.thing((low + high) / 2)[1] < 0
             dip = self._dip(low, high) if falls and grows else None
@@ -118,6 +129,11 @@ class _Series:
                 return self.between(low, dip)._replace(jumped=jumped)
             jumped = jumped or falls
         raise NoEquilibrium("membrane and object in series: no equilibrium within the travel")
+
+    def _at(self, drop: float) -> Equilibrium:
+        """Return the equilibrium at a drop at which both forces agree."""
+        depth = self.travel - drop
+        return Equilibrium(depth, drop, self.membrane(depth)[0], self.spent)
 
     def _dip(self, low: float, high: float) -> float | None:
         """Return a drop on a falling piece at which the object holds for a while, though at neither end, None without one.
@@ -136,12 +152,6 @@ class _Series:
                 return None
             low, high = (drop, high) if rate < 0 else (low, drop)
         return None
-
-    def _held(self, piece: tuple[float, float], ends: Sequence[float], drop: float) -> bool:
-        return piece[1] == ends[-1] or self.pull(drop) <= 0
-
-    def _let_go(self, piece: tuple[float, float], ends: Sequence[float], drop: float) -> bool:
-        return piece[0] == ends[0] or self.pull(drop) >= 0
 
     def between(self, low: float, high: float) -> Equilibrium:
         """Return the equilibrium between two drops, at which the membrane presses harder and less hard."""

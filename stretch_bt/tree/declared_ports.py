@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from stretch_bt.errors import StretchError
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.port import Options, Port, Role
+from stretch_bt.tree.types import unaliased
 
 __all__ = ["NAME", "PortError", "RegistryError", "declared_ports"]
 
@@ -97,7 +98,7 @@ def _split(hint: Any) -> tuple[Role | None, Any, bool]:
     if not roles:
         return None, hint, False
     rest = tuple(m for m in metadata if not isinstance(m, Role))
-    optional = False
+    base, optional = unaliased(base), False
     if roles[0] is Role.DEVICE and typing.get_origin(base) in (typing.Union, types.UnionType):
         members = [a for a in typing.get_args(base) if a is not type(None)]
         optional = len(members) < len(typing.get_args(base))

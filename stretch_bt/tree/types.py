@@ -31,6 +31,7 @@ __all__ = [
     "list_of",
     "named",
     "quantity",
+    "unaliased",
 ]
 
 
@@ -148,6 +149,7 @@ def from_annotation(annotation: Any) -> Type:
     TypeError
         The annotation is of no kind that the tree language has.
     """
+    annotation = unaliased(annotation)
     origin = typing.get_origin(annotation)
     if origin is Annotated:
         base, *metadata = typing.get_args(annotation)
@@ -169,6 +171,15 @@ def from_annotation(annotation: Any) -> Type:
     if isinstance(annotation, type) and annotation is not Any:
         return Type(annotation.__name__, Family.OBJECT, cls=annotation)
     raise TypeError(f"{annotation!r} is not a type of the tree language")
+
+
+def unaliased(annotation: Any) -> Any:
+    """Return what an alias stands for: one of a `type` statement (Python 3.12), as `numpy.typing.NDArray` is since numpy 2.5."""
+    origin = typing.get_origin(annotation) or annotation
+    if not hasattr(origin, "__value__"):
+        return annotation
+    arguments = typing.get_args(annotation)
+    return unaliased(origin.__value__[arguments] if arguments else origin.__value__)
 
 
 def named(text: str, objects: Mapping[str, type]) -> Type | None:

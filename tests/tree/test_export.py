@@ -204,7 +204,7 @@ def test_btcpp_defines_all_that_it_uses(name: str, programs: dict[str, Program])
     root = ET.fromstring(export(programs[name], "btcpp"))
     assert root.attrib == {"BTCPP_format": "4"} | ({} if name == "lib" else {"main_tree_to_execute": "main"})
     trees = {tree.get("ID"): tree for tree in root.findall("BehaviorTree")}
-    model = {entry.get("ID"): entry for entry in root.find("TreeNodesModel") or ()}
+    model = {entry.get("ID"): entry for entry in root.findall("TreeNodesModel/*")}
     assert all(len(tree) == 1 for tree in trees.values())
     for element in (e for tree in trees.values() for e in tree.iter() if e is not tree):
         children = len(element)

@@ -2,12 +2,27 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
+import numpy.typing as npt
 import pytest
+from typing_extensions import TypeAliasType
 
-from stretch_bt.tree.types import ANY, BOOL, FLOAT, INT, STR, Family, Type, attributes, from_annotation, named, quantity
+from stretch_bt.tree.types import (
+    ANY,
+    BOOL,
+    FLOAT,
+    INT,
+    STR,
+    Family,
+    Type,
+    attributes,
+    from_annotation,
+    named,
+    quantity,
+    unaliased,
+)
 from stretch_bt.units import DIMENSIONLESS, KINDS, Force, Length
 
 
@@ -80,6 +95,21 @@ NAMES = {
     "": None,
     "list[" * 500 + "int" + "]" * 500: None,
 }
+
+
+Item = TypeVar("Item")
+Reach = TypeAliasType("Reach", Length)
+Row = TypeAliasType("Row", list[Item], type_params=(Item,))
+Rows = TypeAliasType("Rows", Row[Reach])
+
+
+def test_an_alias_is_the_type_that_it_stands_for() -> None:
+    """As one of a `type` statement is, or NDArray since numpy 2.5."""
+    assert from_annotation(Reach) == from_annotation(Length)
+    assert from_annotation(Rows) == from_annotation(list[Reach]) == from_annotation(list[Length])
+    array = unaliased(npt.NDArray[np.uint8])
+    assert get_origin(array) is np.ndarray
+    assert get_args(array)[1] == np.dtype[np.uint8]
 
 
 @pytest.mark.parametrize("text", NAMES, ids=lambda text: text[:20])

@@ -142,6 +142,18 @@ def _rough(low_force: float) -> tuple[float, int]:
     return (found.drop - smooth.drop) / TRAVEL, found.iterations
 
 
+def _at_kink(by: float, start: float | None) -> Equilibrium:
+    """Press an object that unloads three times as stiff to where it was, by a membrane whose force there is off by a part."""
+    membrane, largest = power(100.0 * (1 + by)), 2e-3
+    force = power(100.0)(TRAVEL - largest)[0]
+
+    def law(drop: float) -> tuple[float, float]:
+        stiffness = force / largest * (1 if drop >= largest else 3)
+        return max(force + stiffness * (drop - largest), 0.0), stiffness
+
+    return couple(membrane, law, TRAVEL, rest=largest * 2 / 3, start=start, kinks=(largest,))
+
+
 def _two_powers(exponent: float, power_: float, other: float, travel: float) -> Equilibrium:
     law = power(10**exponent / travel**other, other)
     found = couple(power(1.0 / travel**power_, power_), law, travel)
@@ -254,6 +266,19 @@ CASES: tuple[Hard, ...] = (
                 lambda: couple(power(100.0), lambda u: (5.0 + 300.0 * u, 300.0), TRAVEL, kinks=(1e-9,), rest=1e-3)[1:3],
                 Value((1e-3, 100.0 * (TRAVEL - 1e-3) ** 1.5), rel=1e-6),
             ),
+        },
+    ),
+    *group(
+        "where nothing has moved since, forces agree at the kink of unloading, and rounding would say from which side to come to it",
+        {
+            f"at a kink, {by:+g} of the force, from {'there' if start else 'rest'}": (
+                partial(_at_kink, by, start),
+                Check(
+                    "at the kink in at most 2 evaluations", lambda found: found.drop == 2e-3 and found.iterations <= 2
+                ),
+            )
+            for by in (-1e-15, 0.0, 1e-15)
+            for start in (None, 2e-3)
         },
     ),
     *group(

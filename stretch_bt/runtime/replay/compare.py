@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-__all__ = ["RELATIVE", "Comparison", "compare"]
+__all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 
 #: how far a number may be from the recorded one: of itself, and of its standard deviation
 RELATIVE, OF_SD = 1e-6, 1e-3
 #: SI; a smaller number is compared as if it were so large: next to nothing has no last digits
 TINY = 1e-9
+#: fields that are angles, rad, which are compared as if they were a radian: 0 is a direction like any other
+ANGLES = frozenset({"angle", "heading", "rotation", "yaw"})
 #: fields of text for people: numbers in them are shown with few digits, and the last one may be rounded either way
 _TOLD = ("reason", "why")
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", re.ASCII)
@@ -68,7 +70,7 @@ def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iter
     elif isinstance(old, Mapping) and isinstance(new, Mapping):
         yield from _of_mappings(old, new)
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        size = max((abs(v) for v in old if _is_number(v)), default=0.0)
+        size = max((scale, *(abs(v) for v in old if _is_number(v))))
         sds = sd if isinstance(sd, list) and len(sd) == len(old) else [sd] * len(old)
         for a, b, s in zip(old, new, sds, strict=True):
             yield from _differences(a, b, s, size)
@@ -87,7 +89,8 @@ def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[flo
         if name in _TOLD:
             yield from _of_texts(str(value), str(new[name]))
             continue
-        yield from _differences(value, new[name], old.get(f"{name}_sd", old.get("sd") if name == "value" else None))
+        sd = old.get(f"{name}_sd", old.get("sd") if name == "value" else None)
+        yield from _differences(value, new[name], sd, 1.0 if name in ANGLES else 0.0)
 
 
 def _of_arrays(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float]:

@@ -1,6 +1,7 @@
 """What counts as the same decision, and what as last digits."""
 
 import copy
+import typing
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.runtime.record.plain import plain
-from stretch_bt.runtime.replay.compare import compare
+from stretch_bt.runtime.replay.compare import ANGLES, compare
+from stretch_bt.tree.registry import object_types
+from stretch_bt.tree.types import annotations_of
+from stretch_bt.units import Angle
 
 
 def write(value: Any, **fields: Any) -> dict[str, Any]:
@@ -37,6 +41,9 @@ CASES = {
     "a deviation gone": (write(1.0, sd=0.1), write(1.0), False),
     "a field with its deviation": (write({"r": 1e-9, "r_sd": 1e-3}), write({"r": 9e-7, "r_sd": 1e-3}), True),
     "a field without": (write({"r": 1e-9, "s_sd": 1e-3}), write({"r": 9e-7, "s_sd": 1e-3}), False),
+    "an angle": (write({"heading": 1.7e-4}), write({"heading": 1.7e-4 + 0.9e-6}), True),
+    "another angle": (write({"heading": 1.7e-4}), write({"heading": 1.7e-4 + 1.1e-6}), False),
+    "a turn": (write({"rotation": [0.0, 0.0, 1e-5]}), write({"rotation": [0.0, 0.0, 1e-5 + 9e-7]}), True),
     "a component beside large ones": (write([1e-17, 0.1]), write([3e-17, 0.1]), True),
     "a component": (write([1e-6, 0.1]), write([3e-6, 0.1]), False),
     "a vector with deviations": (
@@ -157,3 +164,10 @@ def _nudged(value: Any) -> Any:
     if isinstance(value, list):
         return [_nudged(item) for item in value]
     return {name: _nudged(item) for name, item in value.items()} if isinstance(value, dict) else value
+
+
+def test_every_angle_of_a_record_is_known_as_one() -> None:
+    fields = ((name, hint) for cls in object_types().values() for name, hint in annotations_of(cls).items())
+    angles = {name for name, hint in fields if Angle in (hint, *typing.get_args(hint))}
+    assert angles
+    assert {name for name in angles if not name.endswith("_sd")} <= ANGLES

@@ -14,6 +14,8 @@ import numpy as np
 from stretch_bt.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
+TIE = 1e-13  # penetration, sheet units, within which a flat face lies on the flat sheet: which points touch would be rounding
+
 __all__ = ["bounds", "contact", "gauss_points", "leftover", "middles", "tangents"]
 
 
@@ -204,7 +206,7 @@ def contact(
             reached = False
             for qx in range(wx.shape[1]):
                 depth = off - gap[q] / unit
-                if depth > 0.0:
+                if depth > -TIE:
                     if mode != 0 and not touched:
                         packed[:] = 0.0
                     touched = reached = True
