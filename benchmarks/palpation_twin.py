@@ -57,7 +57,7 @@ def _palpated(balloon: str, fidelity: str, seed: int) -> dict[str, Any]:
         command = [
             sys.executable,
             "-m",
-            "stretch_bt.cli",
+            "stretch_bt",
             "run",
             "palpate_stiffness",
             "--scene",

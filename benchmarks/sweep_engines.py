@@ -78,7 +78,7 @@ def rows_of(folder: Path) -> list[dict[str, Any]]:
 
 def command(file: Path, out: Path, engine: str, workers: int, *more: str) -> list[str]:
     """Return the command of a sweep."""
-    words = [sys.executable, "-m", "stretch_bt.cli", "sweep", str(file), "--out", str(out), "--json", *more]
+    words = [sys.executable, "-m", "stretch_bt", "sweep", str(file), "--out", str(out), "--json", *more]
     return [*words, "--engine", engine, *([] if engine == "serial" else ["--workers", str(workers)])]
 
 

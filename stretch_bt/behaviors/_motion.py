@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from stretch_bt.errors import NodeError, shown
 from stretch_bt.frames import Pose
@@ -44,7 +44,6 @@ class MotionBehavior(Behavior):
     """Starts a motion and runs until it ends; interrupted, it stops the motion unless another node owns the device."""
 
     kind = "actuation"
-    instant: ClassVar[bool] = False
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)

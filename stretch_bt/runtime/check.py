@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from pathlib import Path
 
+from stretch_bt.arguments import check_arguments
 from stretch_bt.blame import own_code
 from stretch_bt.errors import Diagnostic, FileError, StretchError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
@@ -129,8 +130,11 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
 
     With a cell, trees are also held against its devices and limits.
     """
-    if isinstance(paths, str | Path):
+    if not isinstance(paths, Iterable) or isinstance(paths, str):
         paths = [paths]
+    paths = list(paths)
+    for path in paths:
+        check_arguments(file=path)
     found = [finding for path in paths for finding in check_file(path)]
     return found if cell is None else [*found, *_with_cell(paths, cell, found)]
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from py_trees.common import Status
 
+from stretch_bt.arguments import check_arguments, checked_seed
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, StretchError, writable
 from stretch_bt.hardware.cell import Cell, clock_of
@@ -26,7 +27,6 @@ from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.pending_finally import PendingFinally, worst_of
-from stretch_bt.runtime.seed import checked_seed
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
@@ -89,6 +89,7 @@ class OpenCell:
         only: Collection[str] | None,
         out: str | Path | None,
     ) -> None:
+        check_arguments(cell=cell, scene=scene, out=out)
         spec = load_cell(cell)
         world = None
         if spec.simulated:

@@ -14,13 +14,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stretch_bt.arguments import checked_seed
 from stretch_bt.blame import own_code
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
-from stretch_bt.runtime.seed import checked_seed
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import py_trees
 from py_trees.common import Status
 
+from stretch_bt.arguments import check_arguments
 from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
@@ -54,6 +55,7 @@ class Subtree(py_trees.behaviour.Behaviour):
     """See `subtree`. `outputs` holds what the task gave when it ended last, SI, a number with a deviation as an Estimate."""
 
     def __init__(self, tree: str | Path, cell: OpenCell, params: Mapping[str, Any] | None) -> None:
+        check_arguments(tree=tree, params=params)
         super().__init__(name=Path(tree).stem)
         self.cell = cell
         self.program = load_program(tree, dict(params or {})).require()

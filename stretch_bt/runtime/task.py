@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stretch_bt.arguments import check_arguments
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.hardware.own_modules import Modules
@@ -94,12 +95,26 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
+    check_arguments(
+        tree=tree,
+        scene=scene,
+        cell=cell,
+        params=params,
+        mocks=mocks,
+        out=out,
+        devices=devices,
+        modules=modules,
+        record=record,
+        tolerance=tolerance,
+    )
     longest = parse_time("longest", longest)
     _check_kept(record, out)
     bound = _asked_for(tolerance, mocks, cell, devices)
     given = _given(cell, devices, scene)
     if given is not None:
         scene = given.scene or scene
+        if given.seed is not None and seed not in (0, given.seed):
+            raise InvalidInput(f"an open cell has its seed, {given.seed}, already; write open_cell(..., seed={seed})")
         seed = seed if given.seed is None else given.seed
     named = cell if isinstance(cell, str | Path) else None
     task = task_of(tree, scene, named, dict(params or {}), seed, mocks, modules, given)

@@ -40,6 +40,8 @@ class Behavior(py_trees.behaviour.Behaviour):
     #: bits of the ports that each SUCCESS must have written; bits cost a tick less than a set
     owed: int = 0
     kind: ClassVar[str] = "action"
+    #: whether it ends in the tick in which it starts
+    instant: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -105,7 +107,12 @@ class Behavior(py_trees.behaviour.Behaviour):
             raise NodeError(self.path, named(error)) from error
         if here.forked:
             leave_if_forked()
-        if status is not _RUNNING:
+        if status is _RUNNING:
+            if self.instant:
+                raise NodeError(
+                    self.path, "returned RUNNING, though it is instant; end in the same tick, or leave out instant"
+                )
+        else:
             if status is not _SUCCESS and status is not _FAILURE:
                 raise NodeError(self.path, f"update() returned {shown(status)}; return SUCCESS, FAILURE or RUNNING")
             if self.unwritten and status is _SUCCESS:
@@ -172,4 +179,4 @@ def _unwritten(names: list[str]) -> str:
 @cache
 def _taken_names() -> frozenset[str]:
     """Return the attributes of every node, which a port of that name would break."""
-    return frozenset({*dir(Behavior), *vars(Behavior()), "instant"})
+    return frozenset({*dir(Behavior), *vars(Behavior())})

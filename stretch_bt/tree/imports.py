@@ -120,6 +120,10 @@ class Imports(HeadingReader):
 
     def _python(self, key: Scalar, target: Scalar) -> None:
         """Import a module for its nodes, or a class of behaviours, which is a node by the name of the import."""
+        if target.text.endswith(".py"):
+            module = target.text.removesuffix(".py").removeprefix("./").replace("/", ".")
+            self.error(target.mark, "import", "a module is imported by its name, not by its file", f"write {module!r}")
+            return
         self.doc.modules[key.text] = target.text
         try:
             registry.load_all()  # whose names an own node may not take

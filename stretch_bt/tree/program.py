@@ -121,6 +121,7 @@ class _Checker:
         ahead = list(_documents(self.document))
         for document in ahead:  # which grows by the variants that calls ask for
             self.found += document.diagnostics
+            self.check_modules(document)
             self.check_classes(document)
             for signature in document.trees.values():
                 self.check_names(signature)
@@ -190,6 +191,18 @@ class _Checker:
             message = f"tree {name!r} has the name of a {taken}"
             self.found.append(signature.mark.error("name", message, f"give it another name, such as 'my_{name}'"))
 
+    def check_modules(self, document: Document) -> None:
+        """A node that is called as a construct or a shipped tree is none that a tree could name."""
+        nodes = registry.load_all().values() if document.modules else ()
+        table = document.root.get("imports")
+        for key, _ in table if isinstance(table, Map) else ():
+            for info in nodes:
+                taken = "shipped tree" if info.name in SHARED else "construct" if _is_construct(info.name) else ""
+                if taken and info.cls.__module__ == document.modules.get(key.text):
+                    message = f"the node {info.name!r} of {info.cls.__module__} has the name of a {taken}"
+                    hint = f"give its class another name, such as My{info.cls.__name__}"
+                    self.found.append(key.mark.error("name", message, hint))
+
     def check_classes(self, document: Document) -> None:
         """An import that makes a class a node would hide a node or a construct of its name, or be hidden by it, as well."""
         table = document.root.get("imports")
@@ -256,9 +269,13 @@ class _Checker:
 
 def _taken(name: str) -> str:
     """Return which kind of thing of the language, or of the registry, has a name already; nothing where it is free."""
-    if name in (*CONSTRUCTS, *RESERVED, "run"):
+    if _is_construct(name):
         return "construct"
     return "node" if registry.lookup(name) else ""
+
+
+def _is_construct(name: str) -> bool:
+    return name in (*CONSTRUCTS, *RESERVED, "run")
 
 
 def _documents(document: Document) -> Iterator[Document]:

@@ -57,6 +57,8 @@ RETIRED = {"while": "guard"}
 
 #: what a tick or a run calls of a node and does not wait for
 _METHODS = ("prepare", "initialise", "update", "terminate")
+#: what no node may override, and what it overrides instead
+_KEPT = {"tick": "update()", "stop": "terminate()"}
 _OF_MOTION = ("start", "watch", "arrived")  # of a node that moves, which its base class has
 
 B = TypeVar("B", bound=type[Behavior])
@@ -81,7 +83,7 @@ class NodeInfo:
     @property
     def instant(self) -> bool:
         """Whether the node always ends in the tick it starts."""
-        return bool(getattr(self.cls, "instant", False))
+        return bool(self.cls.instant)
 
     def of(self, role: Role) -> list[Port]:
         """Return the ports of one role, in the order of the class."""
@@ -155,6 +157,11 @@ def _check_class(cls: Any) -> None:
     if not (isinstance(cls, type) and issubclass(cls, Behavior)):
         what = getattr(cls, "__name__", type(cls).__name__)
         raise RegistryError(f"@node stands above {what!r}, which is no class of nodes; write class {what}(Behavior)")
+    for method, instead in _KEPT.items():
+        if getattr(cls, method) is not getattr(Behavior, method):
+            raise RegistryError(
+                f"node {snake_case(cls.__name__)!r}: {method}() belongs to the framework, which stops and records by it; write {instead}"
+            )
     methods = [*_METHODS, *(name for name in _OF_MOTION if any(name in vars(base) for base in cls.__mro__[1:]))]
     for method in methods:
         made = getattr(cls, method, None)

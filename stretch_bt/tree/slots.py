@@ -48,7 +48,11 @@ class _OutputSlot:
     def __get__(self, node: Behavior | None, owner: type) -> Any:
         if node is None:
             return self
-        return node.sinks[self.name].value
+        cell = node.sinks[self.name]
+        if cell.value is MISSING and not cell.writer:
+            hint = "keep what it needs in an attribute of the node, or declare the port as InOut[...]"
+            raise NodeError(node.path, f"read its output {self.name!r} before it wrote it; {hint}")
+        return None if cell.value is MISSING else cell.value
 
     def __set__(self, node: Behavior, value: Any) -> None:
         if type(value) is not self.exact or get_ident() != node.ticked_by:

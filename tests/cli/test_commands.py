@@ -248,7 +248,7 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
         "format: stretch-tree/1\nimports: {own: softness}\nkeys: {}\ntrees:\n  main:\n    out: {k: Stiffness}\n    sequence:\n"
         "      - softness: {force: 1 N, force_sd: 0.1 N, deflection: 2 mm, deflection_sd: 0.1 mm, stiffness: $k}\n"
     )
-    command = [sys.executable, "-m", "stretch_bt.cli", "run", "t.yaml", "--json", "-q"]
+    command = [sys.executable, "-m", "stretch_bt", "run", "t.yaml", "--json", "-q"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     sd = pytest.approx(math.hypot(0.1, 0.5 * 0.1) / 2)
@@ -265,7 +265,7 @@ def test_new_nodes_of_other_kinds_see_and_move(cli, tmp_path):
         "      - approach: {speed: 40 mm/s}\n      - press: {depth: 8 mm}\n      - average_frames\n      - segment_contact\n"
         "      - mean_height: {mean_height}\n      - nudge_hand: {distance: 2 mm}\n    finally: [retract]\n"
     )
-    command = [sys.executable, "-m", "stretch_bt.cli", "run", "t.yaml", "--json", "-q"]
+    command = [sys.executable, "-m", "stretch_bt", "run", "t.yaml", "--json", "-q"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     height = json.loads(done.stdout)["outputs"]["mean_height"]
@@ -282,7 +282,7 @@ def test_a_new_mocks_file_runs_its_tree(cli):
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
-    command = [sys.executable, "-m", "stretch_bt.cli", "run", "palpate_stiffness", "--json", "--out", "record"]
+    command = [sys.executable, "-m", "stretch_bt", "run", "palpate_stiffness", "--json", "--out", "record"]
     process = subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ
     )

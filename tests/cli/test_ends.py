@@ -18,7 +18,7 @@ from stretch_bt.cli import stops as stops_module
 from stretch_bt.cli.outlet import PATIENCE, ROOM, Outlet
 from stretch_bt.cli.stops import Stops
 
-COMMAND = [sys.executable, "-m", "stretch_bt.cli"]
+COMMAND = [sys.executable, "-m", "stretch_bt"]
 #: after which a process hangs, s
 LONG = 60
 

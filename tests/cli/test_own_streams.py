@@ -36,7 +36,7 @@ class Does(Behavior):
 def test_what_own_code_takes_away_changes_nothing_of_a_run(tmp_path, does):
     (tmp_path / "tree.yaml").write_text(TREE)
     (tmp_path / "own.py").write_text(OWN)
-    line = [sys.executable, "-m", "stretch_bt.cli", "run", "tree.yaml", "--json"]
+    line = [sys.executable, "-m", "stretch_bt", "run", "tree.yaml", "--json"]
     ended = subprocess.run(
         line, cwd=tmp_path, env={**os.environ, "IN_TICK": does}, capture_output=True, timeout=LONG, text=True
     )

@@ -45,7 +45,7 @@ def own(tmp_path, monkeypatch):
 
 def in_shell(words, **env):
     """Run a command in a shell, which sends its outputs somewhere."""
-    line = f"{sys.executable} -m stretch_bt.cli {words}"
+    line = f"{sys.executable} -m stretch_bt {words}"
     return subprocess.run(["/bin/bash", "-c", line], capture_output=True, env={**os.environ, **env}, timeout=LONG)
 
 

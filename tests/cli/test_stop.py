@@ -78,7 +78,7 @@ def running(tree):
     command = [
         sys.executable,
         "-m",
-        "stretch_bt.cli",
+        "stretch_bt",
         "run",
         "tree.yaml",
         "--cell",

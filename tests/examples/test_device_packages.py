@@ -51,11 +51,11 @@ def test_its_own_tests_pass(command, package):
 
 def test_every_command_knows_its_device(command):
     cell = str(EXAMPLES / "modbus_gripper" / "cell.yaml")
-    assert json.loads(command("-m", "stretch_bt.cli", "check", cell, "--json").stdout) == []
-    schema = command("-m", "stretch_bt.cli", "schema", "cell").stdout
+    assert json.loads(command("-m", "stretch_bt", "check", cell, "--json").stdout) == []
+    schema = command("-m", "stretch_bt", "schema", "cell").stdout
     assert '"const": "two_jaw"' in schema
     assert '"const": "ros_bag"' in schema
-    said = json.loads(command("-m", "stretch_bt.cli", "status", cell, "--device", "gripper", "--json").stdout)
+    said = json.loads(command("-m", "stretch_bt", "status", cell, "--device", "gripper", "--json").stdout)
     [about] = [row for row in said if row["check"] == "gripper"]
     assert not about["ok"]
     assert "does not answer" in about["detail"]

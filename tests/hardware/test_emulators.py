@@ -21,7 +21,7 @@ from stretch_bt.hardware.emulators.serve import free_ports, serving, serving_els
 from stretch_bt.hardware.emulators.stage import Stage
 
 FREE = {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in STAND_INS}
-EMULATE = [sys.executable, "-m", "stretch_bt.cli", "emulate"]
+EMULATE = [sys.executable, "-m", "stretch_bt", "emulate"]
 PATIENCE = 30.0
 
 

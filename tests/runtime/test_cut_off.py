@@ -233,7 +233,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def begun(*words: str) -> subprocess.Popen[bytes]:
     """Return a command whose node hangs by now."""
     Path("began").unlink(missing_ok=True)
-    process = subprocess.Popen([sys.executable, "-m", "stretch_bt.cli", *words], stdout=subprocess.PIPE)
+    process = subprocess.Popen([sys.executable, "-m", "stretch_bt", *words], stdout=subprocess.PIPE)
     end = time.monotonic() + 60
     while not Path("began").exists():
         assert time.monotonic() < end

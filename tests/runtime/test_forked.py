@@ -66,7 +66,7 @@ class Marks(Behavior):
 def test_a_forked_child_leaves_the_run_to_the_process_that_began_it(tmp_path, stage, child):
     (tmp_path / "tree.yaml").write_text(TREE)
     (tmp_path / "own.py").write_text(OWN)
-    line = [sys.executable, "-m", "stretch_bt.cli", "run", "tree.yaml", "--json", "--out", "record"]
+    line = [sys.executable, "-m", "stretch_bt", "run", "tree.yaml", "--json", "--out", "record"]
     env = {**os.environ, "STAGE": stage, "CHILD": child, "PYTHONWARNINGS": "ignore"}
     ended = subprocess.run(line, cwd=tmp_path, env=env, capture_output=True, timeout=LONG)
     found = json.loads(ended.stdout)

@@ -159,7 +159,7 @@ def test_ctrl_c_ends_a_command_whose_node_ignores_it(tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     Path("tree.yaml").write_text(TREE)
     Path("own.py").write_text(OWN)
-    command = [sys.executable, "-m", "stretch_bt.cli", "run", "tree.yaml", "-q", "--json"]
+    command = [sys.executable, "-m", "stretch_bt", "run", "tree.yaml", "-q", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as run:
         end = time.monotonic() + 60
         while not Path("began").exists():

@@ -41,6 +41,23 @@ class Threaded(Behavior):
         return Status.SUCCESS
 
 @node
+class ReadsFirst(Behavior):
+    """Reads its output before it wrote it."""
+    y: Out[int]
+
+    def update(self) -> Status:
+        self.y = self.y + 1
+        return Status.SUCCESS
+
+@node
+class Slow(Behavior):
+    """Says that it is instant, and is not."""
+    instant = True
+
+    def update(self) -> Status:
+        return Status.RUNNING
+
+@node
 class Empty(Behavior):
     """Does nothing."""
 '''
@@ -132,3 +149,31 @@ class Refuses(Behavior):
         assert said in result.reason
         assert [broken["at"].rpartition("/")[2] for broken in result.broken] == [f"own_calls_of.py:{line} in update"]
         assert replay(result.record, trust=True).identical
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("reads_first", "read its output 'y' before it wrote it"), ("slow", "returned RUNNING, though it is instant")],
+)
+def test_what_a_node_does_against_its_ports_is_told(written, tmp_path, name, why):
+    result = stretch_bt.run(written(f"trees: {{main: {{sequence: [{name}]}}}}"), out=tmp_path / "r")
+    assert result.status == "ERROR"
+    assert why in result.reason
+
+
+@pytest.mark.parametrize(
+    ("name", "taken"), [("Sequence", "construct"), ("Finally", "construct"), ("Approach", "shipped tree")]
+)
+def test_a_node_that_no_tree_could_name_is_told_at_its_import(tmp_path, own_nodes, name, taken):
+    module = f"own_name_{name.lower()}"
+    (tmp_path / f"{module}.py").write_text(
+        MODULE.partition("@node")[0]
+        + f'@node\nclass {name}(Behavior):\n    """One."""\n    def update(self):\n        return Status.SUCCESS\n'
+    )
+    (tmp_path / "tree.yaml").write_text(
+        f"format: stretch-tree/1\nimports: {{own: {module}}}\ntrees: {{main: {{sequence: [wait: {{duration: 1 s}}]}}}}\n"
+    )
+    (found,) = check(tmp_path / "tree.yaml")
+    assert (found.line, found.column, found.code) == (2, 11, "name")
+    assert f"the name of a {taken}" in found.message
+    assert f"My{name}" in found.hint

@@ -41,7 +41,7 @@ def called(tmp_path):
     (tmp_path / "own.py").write_text(OWN)
 
     def call(stage, *words):
-        line = [sys.executable, "-m", "stretch_bt.cli", *words]
+        line = [sys.executable, "-m", "stretch_bt", *words]
         env = {**os.environ, "STAGE": stage}
         return subprocess.run(line, cwd=tmp_path, env=env, capture_output=True, timeout=LONG, text=True)
 

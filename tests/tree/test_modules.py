@@ -53,7 +53,7 @@ def executed(folder):
     return sorted(path.name for path in folder.rglob("*.ran"))
 
 
-PYTHON = (sys.executable, "-m", "stretch_bt.cli")
+PYTHON = (sys.executable, "-m", "stretch_bt")
 
 
 @pytest.mark.parametrize(

@@ -297,6 +297,13 @@ def test_what_is_no_node_class_is_refused_with_what_to_write(fresh: None) -> Non
         node()
 
 
+@pytest.mark.parametrize(("method", "instead"), [("tick", "update"), ("stop", "terminate")])
+def test_what_the_framework_calls_is_not_overridden(method: str, instead: str, fresh: None) -> None:
+    cls = type("Probe", (Behavior,), {"__doc__": "A probe.", method: lambda self, *status: None})
+    with pytest.raises(RegistryError, match=rf"node 'probe': {method}\(\) belongs to the framework.* write {instead}"):
+        node(cls)
+
+
 @pytest.mark.parametrize("method", ["update", "initialise", "terminate", "prepare"])
 def test_code_that_would_not_run_when_called_is_refused(method: str, fresh: None) -> None:
     async def waits(self: Behavior) -> None: ...

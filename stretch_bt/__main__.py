@@ -1,4 +1,4 @@
-"""`python -m stretch_bt.cli`."""
+"""`python -m stretch_bt`."""
 
 from stretch_bt.cli import program
 
