@@ -28,13 +28,15 @@ TRIES = 4  # starts, those that leave least
 class Choice:
     """The shape that was chosen and its fit; the log evidence of every shape against the best; and its rivals.
 
-    `rivals` are the other shapes with their fits and probabilities: the choice may be wrong, and its size with it.
+    `rivals` are the other shapes with their fits and probabilities: the choice may be wrong, and its size with it. `held_back` is one that
+    only its handicap makes less likely than the choice.
     """
 
     shape: Hypothesis
     fit: Fit
     evidence: dict[str, float]
     rivals: tuple[tuple[Hypothesis, Fit, float], ...]
+    held_back: tuple[Hypothesis, Fit] | None
 
 
 def best_fit(
@@ -111,7 +113,8 @@ def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *
     if chosen != first:
         fit = fit_to(shape, cells, fit.q, noise=noise)
     evidence = {name: float(score - scores[best]) for name, score in scores.items()}
-    return Choice(shape, fit, evidence, _rivals(fits, evidence, first, chosen))
+    back = [name for name in fits if fits[name][0].handicap and name != chosen and logs[name] > logs[chosen] - CLEARLY]
+    return Choice(shape, fit, evidence, _rivals(fits, evidence, first, chosen), fits[back[0]] if back else None)
 
 
 def _rivals(

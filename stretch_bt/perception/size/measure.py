@@ -33,6 +33,9 @@ FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and t
 #: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
 OTHER, UNLIKE = 12.0, 5.0
 ANY = 0.3  # share of an outline's deviation that counts where it is no clearer than noise
+DOUBT = (
+    2.0  # of the deviations by which a width differs from that of an outline without a shape, beyond which it is unsure
+)
 ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
 
 
@@ -117,24 +120,22 @@ def measure_contact(
         )
     (x, x_sd), (y, y_sd) = size.center
     leaning = _leaning(cells)
+    rivals = [(s.measure(f.q, f.covariance), p) for s, f, p in found.rivals]
     unlike = 0.0
     if hypothesis == "auto" and shape.name != "free_form":
         unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
+    if found.held_back is not None:
+        other, its = found.held_back
+        unlike = math.hypot(unlike, _at_odds(size, other.measure(its.q, its.covariance)))
     return ContactSize(
         shape.name,
         found.evidence,
         (x, y),
         (math.hypot(x_sd, leaning), math.hypot(y_sd, leaning)),
         size.diameter_i[0],
-        math.hypot(
-            unlike,
-            _with_rivals(size.diameter_i, [(s.measure(f.q, f.covariance).diameter_i, p) for s, f, p in found.rivals]),
-        ),
+        math.hypot(unlike, _with_rivals(size.diameter_i, [(other.diameter_i, p) for other, p in rivals])),
         size.diameter_j[0],
-        math.hypot(
-            unlike,
-            _with_rivals(size.diameter_j, [(s.measure(f.q, f.covariance).diameter_j, p) for s, f, p in found.rivals]),
-        ),
+        math.hypot(unlike, _with_rivals(size.diameter_j, [(other.diameter_j, p) for other, p in rivals])),
         *size.depth,
         fit.noise,
         size.sides and (size.sides[0][0], size.sides[1][0]),
@@ -142,6 +143,16 @@ def measure_contact(
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def _at_odds(size: Measured, free: Measured) -> float:
+    """Return by how much a width is unsure, m, since an outline without a shape has another one, beyond `DOUBT` of both deviations.
+
+    Of a face that leans, or in a membrane that is not as the priors have it, a shape may fit as well as a shape need, and be half as wide.
+    """
+    pairs = (size.diameter_i, free.diameter_i), (size.diameter_j, free.diameter_j)
+    beyond = ((a - b) ** 2 - DOUBT**2 * (a_sd**2 + b_sd**2) for (a, a_sd), (b, b_sd) in pairs)
+    return math.sqrt(max(0.0, *beyond))
 
 
 def unlike_width(misfit: Misfit, name: str) -> float:
