@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.shapes.robust_fit import Settled, robust_linear, settle, thinned
+from stretch_bt.perception.shapes.robust_fit import Settled, settle, start_of_few, thinned
 from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
 from stretch_bt.perception.shapes.sphere import check_curvature
 from stretch_bt.perception.shapes.turn import standing, turned
@@ -52,7 +52,7 @@ def settle_cylinder(sight: Sight) -> Settled[CylinderSurface]:
     """Fit a cylinder to points as the camera sees them, from the larger curvature of a quadric."""
     x, y, z = thinned(sight)
     design = np.stack([np.ones_like(x), x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
-    c, p1, p2, kxx, kxy, kyy = robust_linear(design, z, sight.floor, "cylinder")[0]
+    c, p1, p2, kxx, kxy, kyy = start_of_few(design, z, sight.floor, "cylinder")
     values, vectors = np.linalg.eigh([[kxx, kxy], [kxy, kyy]])
     across, along = vectors[:, ::-1].T if abs(values[1]) >= abs(values[0]) else vectors.T
     reach = float(np.abs(across @ np.stack([sight.x, sight.y])).max())

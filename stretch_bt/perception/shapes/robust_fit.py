@@ -21,6 +21,12 @@ __all__ = ["Settled", "SightSurface", "robust_linear", "settle", "settled_surfac
 Array = npt.NDArray[np.float64]
 
 START = 400  # points that are enough to start from
+FEW, DRAWS = (
+    60,
+    300,
+)  # points, of which outliers may mislead a start by least absolute residuals; fits through some of them
+CLEARLY = 0.5  # of what half of the residuals of the first start stay below, so that drawing many does not pay
+NEAR = 2.5  # times what half of the residuals stay below, up to which points count
 PASSES = 2  # over where rays meet a surface; each leaves a tenth of the error of the last
 STEPS = 30
 CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
@@ -118,6 +124,30 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
     return solution, weights
 
 
+def start_of_few(design: Array, z: Array, floor: float, name: str) -> Array:
+    """Return the solution (p,) of z = solution @ design (p, n) to start from, also where a few of few points are outliers.
+
+    Of few points each pulls hard at a solution of least absolute residuals. So the least of the residuals that half of the points stay
+    below decides between it and exact fits through drawn points (Rousseeuw, Least Median of Squares Regression, 1984).
+    """
+    solution = robust_linear(design, z, floor, name)[0]
+    p, n = design.shape
+    if n > FEW:
+        return solution
+    rng = np.random.default_rng(0)
+    drawn = np.argsort(rng.random((DRAWS, n)), axis=1)[:, :p]
+    through = design[:, drawn].transpose(1, 2, 0)
+    sound = np.abs(np.linalg.det(through)) > 0.0
+    found = np.vstack([solution[None], np.linalg.solve(through[sound], z[drawn[sound]][..., None])[..., 0]])
+    left = np.abs(z - found @ design)
+    half = np.partition(left, (n + p + 1) // 2 - 1, axis=1)[:, (n + p + 1) // 2 - 1]
+    best = int(np.argmin(half))
+    if half[best] > CLEARLY * half[0]:
+        return solution
+    near = left[best] <= max(NEAR * float(half[best]), floor)
+    return np.asarray(np.linalg.lstsq(design[:, near].T, z[near], rcond=None)[0])
+
+
 def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
 
@@ -175,7 +205,9 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
         )
     area = _area(sight, residuals, inside, p)
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
-    spread = inliers.spread(residuals, weights, p)
+    freedom = total - p
+    # of few residuals the noise is not well known: the deviation of Student's t
+    spread = inliers.spread(residuals, weights, p) * freedom / max(freedom - 2.0, 0.5)
     variance, known = spread * min(area, total), sight.floor**2 * sight.alike
     # A few errors tell their size well enough, but not over how many points each is alike; the rest of the frame does.
     explained = sight.alike > 1.0 and spread < EXPLAINED * sight.floor**2

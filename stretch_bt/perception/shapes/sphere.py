@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.robust_fit import Settled, robust_linear, settle, solve, thinned
+from stretch_bt.perception.shapes.robust_fit import Settled, settle, solve, start_of_few, thinned
 from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
 from stretch_bt.perception.shapes.sphere_kernel import fill_sphere
 from stretch_bt.perception.types import FloatArray, Sphere
@@ -63,7 +63,7 @@ def settle_sphere(sight: Sight) -> Settled[SphereSurface]:
     """Fit a sphere to points as the camera sees them, starting from a paraboloid."""
     x, y, z = thinned(sight)
     design = np.stack([np.ones_like(x), x, y, -0.5 * (x * x + y * y)])
-    start, _ = robust_linear(design, z, sight.floor, "sphere")
+    start = start_of_few(design, z, sight.floor, "sphere")
     reach = float(np.sqrt((sight.x**2 + sight.y**2).max()))
     start[3] = np.clip(start[3], -0.95 / reach, 0.95 / reach)
     return settle(SphereSurface(start), sight, "sphere")

@@ -166,3 +166,26 @@ def test_any_points_give_finite_numbers_or_a_refusal(shape, points):
         return
     assert np.isfinite(values).all()
     assert np.isfinite(stated).all()
+
+
+@pytest.mark.parametrize("count", [16, 30])
+def test_a_fifth_of_few_points_misleads_no_fit(count):
+    """A tenth of the cylinders through 16 points was told 5 stated deviations off, some of them hundreds."""
+    beyond = {"cylinder": 0, "sphere": 0}
+    for seed in range(100):
+        rng = np.random.default_rng((seed, count))
+        for name in beyond:
+            angle, along = rng.uniform(-0.9, 0.9, count), rng.uniform(-15e-3, 15e-3, count)
+            x, z = 15e-3 * np.sin(angle), 15e-3 * np.cos(angle)
+            y = along if name == "cylinder" else np.zeros(count)
+            if name == "sphere":
+                turn = rng.uniform(0, 2 * np.pi, count)
+                x, y = x * np.cos(turn), x * np.sin(turn)
+            z = z + rng.normal(0, 2e-4, count)
+            z[: count // 5] += rng.uniform(2e-3, 20e-3, count // 5) * rng.choice([-1, 1], count // 5)
+            try:
+                found = FITS[name](np.column_stack([x, y, z]))
+            except IllConditioned:
+                continue
+            beyond[name] += abs(found.curvature - 1 / 15e-3) > 5 * found.curvature_sd
+    assert max(beyond.values()) <= 2
