@@ -107,5 +107,5 @@ def _written(node: Behavior) -> Iterator[tuple[str, Any]]:
     for name, cell in node.sinks.items():
         if cell.value is not MISSING:
             yield name, cell.held()
-        elif cell.writer:
+        elif cell.writer or node.ports[name].check(node.ports).optional:
             yield name, None

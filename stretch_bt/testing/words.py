@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -45,7 +46,10 @@ def script_values(kind: str, script: Mapping[str, Any]) -> dict[str, list[Any]]:
         values = list(given) if isinstance(given, list | tuple) else [given]
         if not values:
             raise InvalidInput(f"the script of a {kind} gives no value of {name!r}; write at least one")
-        found[_MADE[name][0] if name in _MADE else name] = [_value(kind, name, value) for value in values]
+        reading = _MADE[name][0] if name in _MADE else name
+        if reading in found:
+            raise InvalidInput(f"the script of a {kind} gives its {reading} twice, by {name!r} too; leave out one")
+        found[reading] = [_value(kind, name, value) for value in values]
     return found
 
 
@@ -78,6 +82,9 @@ def _value(kind: str, name: str, value: Any) -> Any:
             return make(KINDS[unit].parse(value))
         except InvalidInput as error:
             raise InvalidInput(f"the script of a {kind}, {name}: {error}") from None
+    if isinstance(value, float) and not math.isfinite(value):
+        hint = "write a number that one can give, or 'no answer: why'"
+        raise InvalidInput(f"the script of a {kind}, {name}: no device gives {value}; {hint}")
     return make(float(value)) if is_number(value) else value
 
 

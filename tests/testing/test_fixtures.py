@@ -1,5 +1,8 @@
 """The fixtures that the package gives to tests."""
 
+import math
+import re
+
 import pytest
 
 from stretch_bt.errors import DeviceLost, InvalidInput, NoAnswer
@@ -150,3 +153,16 @@ def test_files_beside_the_test_are_found(tmp_path, monkeypatch):
     assert trees.beside({"mocks": []}) == {"mocks": []}
     monkeypatch.chdir(tmp_path)
     assert trees.beside("task.yaml") == "task.yaml"
+
+
+@pytest.mark.parametrize(
+    ("script", "told"),
+    [
+        ({"height": math.nan}, "height: no device gives nan; write a number that one can give, or 'no answer: why'"),
+        ({"wrench": [1.0, math.inf]}, "wrench: no device gives inf"),
+        ({"wrench": [1.0], "force": 5.0}, "gives its wrench twice, by 'force' too; leave out one"),
+    ],
+)
+def test_a_script_that_no_device_could_follow_is_refused(scripted_device, script, told):
+    with pytest.raises(InvalidInput, match=re.escape(told)):
+        scripted_device("Arm", script)

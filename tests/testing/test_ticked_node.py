@@ -39,7 +39,8 @@ class OwnMean(Behavior):
             raise ValueError("nine")
         self.seen = Touch((self.seen.height if self.seen else 0.0) + 1.0, 0.0)
         self.mean = Estimate(self.scale * sum(self.forces) / len(self.forces), self.force_sd)
-        self.radius = self.sphere.radius if self.sphere else None
+        if self.sphere:
+            self.radius = self.sphere.radius
         return Status.SUCCESS
 
 
