@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import BeyondLimits, InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.asked import check_speed
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.slack import most_measured
 from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_quantity
@@ -127,13 +128,13 @@ class Limits(_Model):
 
     def check_fingers(self, device: str, speed: float) -> None:
         """Raise BeyondLimits above the allowed speed of the fingers, m/s, and InvalidInput when it is no speed."""
-        _check_number(device, speed)
+        check_speed(device, speed)
         if past := _past("speed", speed, self.gripper_speed, "Speed"):
             raise BeyondLimits(device, past, ("gripper_speed",))
 
     def check_way(self, device: str, speed: float, heights: Sequence[float]) -> None:
         """Raise BeyondLimits when the hand may not have a speed, m/s, on a way with these heights, m, and InvalidInput when it is no speed."""
-        _check_number(device, speed)
+        check_speed(device, speed)
         if speed > self.slowed(self.speed, heights) + _ROUNDING:
             raise BeyondLimits(device, self._too_fast("speed", speed, heights), ("speed", "contact_speed"))
 
@@ -153,11 +154,6 @@ class Limits(_Model):
         """Raise LimitExceeded when the arm feels too much."""
         if past := _past("force", force, self.force, "Force"):
             raise LimitExceeded(device, past)
-
-
-def _check_number(device: str, speed: float) -> None:
-    if not (math.isfinite(speed) and speed > 0):
-        raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {speed}")
 
 
 def _past(name: str, value: float, most: float, kind: str) -> str:

@@ -80,7 +80,8 @@ def tick_node(info: NodeInfo, inputs: Mapping[str, Any], folder: Path | None = N
         runner = Runner(tree, context, clock, period=TICK, cell=given, max_ticks=MOST_TICKS)
         outcome = runner.run()
     reason = outcome.reason.removeprefix(f"{info.name}: ")
-    return NodeResult(outcome.status, reason, dict(_written(node)), outcome.ticks, outcome.task_seconds, outcome.broken)
+    written = dict(_written(node, ended_well=outcome.status == "SUCCESS"))
+    return NodeResult(outcome.status, reason, written, outcome.ticks, outcome.task_seconds, outcome.broken)
 
 
 def _wired(info: NodeInfo, values: Mapping[str, Any], context: RunContext) -> Behavior:
@@ -103,9 +104,10 @@ def _same(value: Any) -> Any:
     return value
 
 
-def _written(node: Behavior) -> Iterator[tuple[str, Any]]:
+def _written(node: Behavior, *, ended_well: bool) -> Iterator[tuple[str, Any]]:
+    """Yield what the node wrote by port; what it left out, as it may, is None where it ended well."""
     for name, cell in node.sinks.items():
         if cell.value is not MISSING:
             yield name, cell.held()
-        elif cell.writer or node.ports[name].check(node.ports).optional:
+        elif cell.writer or (ended_well and node.ports[name].check(node.ports).optional):
             yield name, None

@@ -13,6 +13,8 @@ from stretch_bt.runtime.replay import replay
 MODULE = '''
 import threading
 from stretch_bt import Behavior, In, Out, Status, node
+from stretch_bt.tree.ports import Uses
+from stretch_bt.hardware.interfaces import Arm
 
 @node
 class Appends(Behavior):
@@ -56,6 +58,16 @@ class Slow(Behavior):
 
     def update(self) -> Status:
         return Status.RUNNING
+
+@node
+class Backwards(Behavior):
+    """Asks for a speed that is none."""
+    arm: Uses[Arm]
+
+    def update(self) -> Status:
+        here = self.arm.pose(1.0).value
+        self.arm.move(here, speed=-0.1, owner=self.path)
+        return Status.SUCCESS
 
 @node
 class Empty(Behavior):
@@ -177,3 +189,10 @@ def test_a_node_that_no_tree_could_name_is_told_at_its_import(tmp_path, own_node
     assert (found.line, found.column, found.code) == (2, 11, "name")
     assert f"the name of a {taken}" in found.message
     assert f"My{name}" in found.hint
+
+
+def test_a_command_whose_numbers_are_none_replays_as_it_was_refused(written, tmp_path):
+    text = "devices: {arm: Arm}\nscene: water_balloon\ntrees: {main: {sequence: [backwards]}}"
+    result = stretch_bt.run(written(text), out=tmp_path / "r")
+    assert "speed must be finite and above 0 m/s, not -0.1" in result.reason
+    assert replay(tmp_path / "r", trust=True).identical

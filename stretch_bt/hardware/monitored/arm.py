@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from stretch_bt.errors import InvalidInput, LimitExceeded, NoAnswer, StaleReading
+from stretch_bt.errors import LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver
 from stretch_bt.hardware.interfaces import Arm, Motion, Reading
@@ -42,8 +42,6 @@ class MonitoredArm(Mover[ArmDriver]):
 
     def follow(self, path: Sequence[Pose], *, speed: float, owner: str) -> Motion:
         """Move through the poses at `speed`, m/s, blending between them."""
-        if not path:
-            raise InvalidInput(f"{self.name}: a path needs at least one pose")
         return self._start("follow", list(path), {"path": list(path), "speed": speed}, owner)
 
     def pose(self, max_age: float) -> Reading[Pose]:
@@ -109,7 +107,7 @@ class MonitoredArm(Mover[ArmDriver]):
             self.halt(fault)
 
     def _start(self, name: str, path: list[Pose], arguments: Mapping[str, Any], owner: str) -> Motion:
-        self.check_command(owner)
+        self.check_command(owner, arguments)
         limits = self.watch.limits
         with self.faults():
             here = self.driver.pose()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from stretch_bt.errors import InvalidInput, LimitExceeded
+from stretch_bt.errors import LimitExceeded
 from stretch_bt.hardware.driver import GripperDriver
 from stretch_bt.hardware.interfaces import Gripper, Motion, Reading
 from stretch_bt.hardware.monitored.mover import Mover
@@ -24,9 +23,8 @@ class MonitoredGripper(Mover[GripperDriver]):
 
     def move(self, opening: float, *, speed: float, owner: str) -> Motion:
         """Open or close to `opening`, m, at `speed`, m/s."""
-        self.check_command(owner)
-        if not math.isfinite(opening):
-            raise InvalidInput(f"{self.name}: opening must be finite, m, not {opening}")
+        arguments = {"opening": opening, "speed": speed}
+        self.check_command(owner, arguments)
         limits = self.watch.limits
         try:
             limits.check_fingers(self.name, speed)
@@ -34,7 +32,7 @@ class MonitoredGripper(Mover[GripperDriver]):
         except LimitExceeded as fault:
             raise self.refuse(fault) from None
         self.settle()
-        self.command("move", {"opening": opening, "speed": speed}, owner)
+        self.command("move", arguments, owner)
         with self.faults():
             poll = self.driver.move(opening, speed)
             self._allowed = self._beyond() + SLACK

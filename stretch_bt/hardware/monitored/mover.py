@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from stretch_bt.errors import DeviceFault
+from stretch_bt.hardware.asked import check_asked
 from stretch_bt.hardware.driver import Driver, Poll
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.base import Monitored, Watch
@@ -52,10 +55,11 @@ class Mover(Monitored[D]):
         super().__init__(name, driver, watch)
         self._current: OwnedMotion | None = None
 
-    def check_command(self, owner: str) -> None:
-        """Raise NotReady unless the device takes commands, and InvalidInput for an owner that is none."""
+    def check_command(self, owner: str, arguments: Mapping[str, Any] = MappingProxyType({})) -> None:
+        """Raise NotReady unless the device takes commands, and InvalidInput for an owner that is none or for arguments without sense."""
         self.check_ready()
         check_owner(self.name, owner)
+        check_asked(self.name, arguments)
 
     def settle(self) -> None:
         """Take note of a motion that has ended by now, before a new command makes its end unknown."""

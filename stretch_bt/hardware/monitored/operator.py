@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stretch_bt.hardware.driver import OperatorDriver
-from stretch_bt.hardware.indenters import check_indenter
 from stretch_bt.hardware.interfaces import Motion, Operator
 from stretch_bt.hardware.monitored.mover import Mover
 
@@ -20,10 +19,10 @@ class MonitoredOperator(Mover[OperatorDriver]):
 
     def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
         """Mount an indenter; `size` is a diameter, m, and for a cone an angle, rad."""
-        self.check_command(owner)
-        check_indenter(geometry, size)
+        arguments = {"geometry": geometry, "size": size}
+        self.check_command(owner, arguments)
         self.settle()
-        self.command("mount", {"geometry": geometry, "size": size}, owner)
+        self.command("mount", arguments, owner)
         with self.faults():
             poll = self.driver.mount(geometry, size)
         return self.own(poll, owner)

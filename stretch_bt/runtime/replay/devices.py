@@ -7,8 +7,10 @@ from typing import Any
 
 from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
+from stretch_bt.hardware.asked import check_asked
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
 from stretch_bt.hardware.journal import Journal
+from stretch_bt.hardware.owner import check_owner
 from stretch_bt.runtime.replay.log import Log
 
 __all__ = ["ReplayedCell"]
@@ -70,6 +72,8 @@ class _ReplayedDevice:
         if fault is not None:
             self.journal.fault(self.name, fault)
             raise fault
+        check_owner(self.name, owner)
+        check_asked(self.name, arguments)
         self.stop()
         self.journal.command(self.name, name, arguments, owner)
         self.current = _ReplayedMotion(self, owner)
