@@ -51,6 +51,7 @@ BEFORE = {
     "stiffening_sd": 0.001,
     "last_deflection": 0.0015,
     "early_settle": 0.0,
+    "settle": 1.5,
     "touches": 3,
     "touch_frames": 32,
 }
@@ -71,10 +72,11 @@ def main() -> None:
     )
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
-    extra = {**(BEFORE if given.protocol == "before" else {}), **dict(pair.split("=", 1) for pair in given.set)}
+    before = BEFORE if given.protocol == "before" else {}
     if given.tree != "palpate_stiffness":
-        for name in ("last_deflection", "early_settle", "touches", "touch_frames"):
-            extra.pop(name, None)
+        of_it = ("last_deflection", "early_settle", "settle", "touches", "touch_frames")
+        before = {name: value for name, value in before.items() if name not in of_it}
+    extra = {**before, **dict(pair.split("=", 1) for pair in given.set)}
     seeds = range(given.first, given.first + given.objects)
     calls = [(kind, seed, given.tree, given.hand, extra) for seed in seeds for kind in given.kinds]
     report([row for _, row in kept(palpated, calls, given.keep, given.workers)], given.kinds)

@@ -20,8 +20,8 @@ LEVELS = {
     "shipped": [
         {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "min_hold": 0.2, "settle": 0.0},
         {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "min_hold": 1.5, "settle": 0.5},
-        {"touch_frames": 24, "sensing_frames": 24, "frames": 16, "min_hold": 4.5, "settle": 1.5},
-        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "min_hold": 6.0, "settle": 2.0},
+        {"touch_frames": 24, "sensing_frames": 24, "frames": 16, "min_hold": 4.5, "settle": 8.0},
+        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "min_hold": 6.0, "settle": 10.0},
     ],
     "active": [
         {"touch_frames": 4, "sensing_frames": 8, "wanted_error": 0.12, "min_hold": 0.2, "settle": 0.0},
