@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 _SEARCHED, _NEAR = 0.035, 0.006
 #: the middle part of the membrane that edges are looked for at: the corners of a sheet are drawn in
 _MIDDLE = 0.5
+#: of the pixels along an edge, that must lie on one line
+_ON_LINE = 0.5
 #: columns or rows that must show both edges
 _LEAST = 24
 #: how often the tilt is looked at again, because edges and sag are found in the plane
@@ -191,6 +193,10 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
     """Return height at x = 0, slope and scatter of a line through most of some points: single pixels without a value are passed over."""
     keep = np.abs(y - np.median(y)) < 0.005
     for _ in range(3):
+        if np.count_nonzero(keep) < _ON_LINE * len(keep):
+            raise IllConditioned(
+                "an edge of the membrane is no line: it is out of view, or something is before it; free the view of all of it"
+            )
         slope, height = np.polyfit(x[keep], y[keep], 1)
         rest = y - height - slope * x
         scatter = 1.4826 * float(np.median(np.abs(rest[keep])))

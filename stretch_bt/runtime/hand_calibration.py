@@ -29,7 +29,14 @@ _PATIENCE = 60.0
 #: standard deviation of where in a count the fingers stand
 _COUNT = 1 / math.sqrt(12)
 #: of the camera's pose, all of which are the same at every stop
+#: m, that lengths may be off a line over the openings, as root mean square; where the ends are seen they are by 0.03 to 0.3 mm
+_BENT = 2e-3
+#: standard deviations that the camera's place at a stop may be off its mean
+_MOVED = 6.0
 _POSE = ("x", "y", "distance", "tilt_x", "tilt_y", "yaw", "aim_x", "aim_y")
+
+
+_UNSEEN = "its ends or sides are not seen for what they are: free the view of all of the membrane, or move the camera away from it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +125,8 @@ def _fitted(found: list[Stop], rest: float, span: tuple[float, float]) -> HandCa
     for name in _POSE:
         estimates = [getattr(stop.view, name) for stop in found]
         camera[name] = Estimate(float(np.mean(estimates)), float(np.mean([e.sd for e in estimates])))
+        if any(abs(e - camera[name]) > _MOVED * e.sd for e in estimates):
+            raise IllConditioned(f"the camera seems to stand elsewhere at each stop, by its {name}; {_UNSEEN}")
     lengths = np.array([float(stop.view.length) for stop in found])
     sds = np.array([stop.view.length.sd for stop in found])
     scale = camera["distance"].sd / camera["distance"]
@@ -144,6 +153,11 @@ def _slope(x: Any, y: Any, sds: Any) -> tuple[float, float, float]:
     slope, level = np.polyfit(x, y, 1)
     rest = y - level - slope * x
     left = float(np.sqrt(np.mean(rest**2)))
+    if left > _BENT:
+        told = ", ".join(f"{1e3 * length:.1f}" for length in y)
+        raise IllConditioned(
+            f"the membrane is {told} mm long at its stops, which is no line over the openings; {_UNSEEN}"
+        )
     spread = float(np.sqrt(np.sum((x - x.mean()) ** 2)))
     return float(slope), max(float(sds.mean()), left * math.sqrt(len(x) / (len(x) - 2))) / spread, left
 

@@ -216,7 +216,7 @@ class World:
         return {
             **self.specimen.known(self._before(time).thing, contact.drop),
             **self.scene.dimensions,
-            "force": math.hypot(*contact.force),
+            "force": float(contact.force[2]),  # along the hand's axis, as nodes measure it
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,

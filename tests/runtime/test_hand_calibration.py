@@ -285,3 +285,15 @@ def test_mistakes_in_the_file_of_a_hand_have_its_places(wired, tmp_path):
     (tmp_path / "hand.yaml").write_text("format: stretch-hand/1\nsource: me\ncamera: {x: 3}\n")
     with pytest.raises(CellError, match=rf"{tmp_path}/hand\.yaml:3:\d+ error"):
         load_cell(wired("", "hand: {calibration: hand.yaml}"))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ends_that_are_not_seen_for_what_they_are_write_no_file(tmp_path, seed):
+    """A camera 35 mm farther away sees too little: x was told 16 stated deviations off, and another seed gave a traceback."""
+    far = "format: stretch-scene/1\nobject: {type: sphere, diameter: 30 mm, rigid: true}\nhand: {camera: {z: 35 mm}}\n"
+    (tmp_path / "far.yaml").write_text(far)
+    words = ["calibrate-hand", "simulated", "--scene", str(tmp_path / "far.yaml"), "--yes", "--seed", str(seed)]
+    ended = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "hand.yaml")])
+    assert isinstance(ended.exception, IllConditioned)
+    assert "free the view of all of" in str(ended.exception)
+    assert not (tmp_path / "hand.yaml").exists()

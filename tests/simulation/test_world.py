@@ -56,6 +56,17 @@ def test_what_is_kept_from_giving_way_has_no_stiffness(made, effects):
         assert ("stiffness" in truth, truth["deflection"] > 0) == (gives, gives)
 
 
+def test_the_true_force_is_what_nodes_measure_of_it():
+    """Beside the middle the sheet pushes aside as well; that part of it was in the truth, and in no reading."""
+    world = World(
+        scene("rigid: true, position: {x: 28 mm, y: 30 mm}", "type: sphere, diameter: 20 mm", "sheet", "none")
+    )
+    pose = Pose((0, 0, 0.012))
+    force = world.contact(pose, 0.03, 0.0).force
+    assert math.hypot(*force[:2]) > 0.02 * force[2] > 0
+    assert world.truth(pose, 0.03)["force"] == force[2]
+
+
 @pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
 def test_force_rises_with_depth_and_stretch(fidelity):
     world = World(scene(fidelity=fidelity))
