@@ -133,6 +133,7 @@ class Within:
     min: float = -math.inf
     max: float = math.inf
     kind: str | None = None
+    percent: bool = False  # of a number that is written so
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Refuse values outside the bounds, in the unit that the field is shown in."""
@@ -144,10 +145,14 @@ class Within:
         """Return the value; raises InvalidInput when it is out of bounds."""
         if self.min <= value <= self.max:
             return value
-        kind = KINDS[self.kind] if self.kind else None
         bounds = (("at least", self.min), ("at most", self.max))
-        allowed = " and ".join(f"{word} {format_quantity(b, kind)}" for word, b in bounds if math.isfinite(b))
-        raise InvalidInput(f"{format_quantity(value, kind)} is out of bounds; write {allowed}")
+        allowed = " and ".join(f"{word} {self._shown(b)}" for word, b in bounds if math.isfinite(b))
+        raise InvalidInput(f"{self._shown(value)} is out of bounds; write {allowed}")
+
+    def _shown(self, value: float) -> str:
+        return (
+            f"{100 * value:.6g} %" if self.percent else format_quantity(value, KINDS[self.kind] if self.kind else None)
+        )
 
 
 KINDS: dict[str, Kind] = {

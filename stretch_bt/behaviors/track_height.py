@@ -20,7 +20,8 @@ class TrackHeight(Behavior):
 
     With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
     hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
-    over all of the contact: what a learned pattern misses, or else what the undeformed membrane shows. Over a flat top the membrane
+    over all of the contact: what a learned pattern misses and how well it knows where the membrane hangs, or else what the
+    undeformed membrane shows. Over a flat top the membrane
     stands a little higher, as its edges bend it; that is taken off.
 
     Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
@@ -44,7 +45,9 @@ class TrackHeight(Behavior):
         """Measure."""
         contact = self.contact
         found = ObservedTop(*_both(self._risen()), 0.0, False) if contact is None else self._top(contact)
-        self.height, self.observed_top = Estimate(found.height, found.height_sd), found
+        # in a difference of heights it is no error, so that what was observed leaves it out
+        level = self.pattern.hang_sd if contact is not None and self.pattern is not None else 0.0
+        self.height, self.observed_top = Estimate(found.height, math.hypot(found.height_sd, level)), found
         return Status.SUCCESS
 
     def _risen(self) -> Estimate:

@@ -80,8 +80,9 @@ def _ports(texts: list[str], wires: dict[str, list[str]]) -> dict[str, dict[str,
         wire, _, number = text.partition("=")
         owners = [name for name, known in wires.items() if wire in known]
         if not owners or not number.isdecimal() or int(number) > 65535:
-            known = ", ".join(w for one in wires.values() for w in one)
-            raise InvalidInput(f"--port {text!r} is not a wire and a port; the wires are {known}: write rtu=54321")
+            known = [w for one in wires.values() for w in one]
+            told = f"--port {text!r} is not a wire and a port; the wires are {', '.join(known)}"
+            raise InvalidInput(f"{told}: write {known[0]}=54321")
         ports.setdefault(owners[0], {})[wire] = int(number)
     return ports
 

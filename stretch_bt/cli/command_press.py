@@ -34,6 +34,10 @@ def command(
     """Press an indenter into the membrane, and print the force and what it touches."""
     from stretch_bt.simulation import press
 
+    if plot is not None:
+        from stretch_bt.simulation.membrane.picture import check_picture
+
+        check_picture(plot)  # before minutes of solving
     length = KINDS["Length"].parse
     try:
         result = press(

@@ -29,7 +29,7 @@ devices:
         (["arm"], "there is no stand-in 'arm'; there are"),
         (["ati", "--host", "here"], "no address to listen on"),
         (["ati", "--port", "rtu=1"], "the wires are commands, page, rdt"),
-        (["ati", "--port", "rdt=x"], "write rtu=54321"),
+        (["ati", "--port", "rdt=x"], "write rdt=54321"),
         (["ati", "--scene", "nowhere"], "nowhere"),
         (["ati", "ati"], "name each stand-in once"),
         (["ati", "--control", "70000"], "65535"),

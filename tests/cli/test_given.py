@@ -106,3 +106,15 @@ def test_what_the_system_refuses_has_a_remedy(cli, tmp_path, monkeypatch, words,
     code, _, err = cli(*words)
     assert code == 2
     assert said in err
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("press.svg", "does not end in a picture format"), ("there/p.png", "make it first")]
+)
+def test_a_picture_that_cannot_be_written_is_told_before_anything_is_solved(cli, tmp_path, monkeypatch, name, said):
+    """It was told after 12 to 26 s."""
+    monkeypatch.setattr("stretch_bt.simulation.press", lambda *given, **more: pytest.fail("it was solved"))
+    words = ("press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "8mm")
+    code, _, err = cli(*words, "--plot", str(tmp_path / name))
+    assert code == 2
+    assert said in err

@@ -35,7 +35,7 @@ def test_si_numbers_of_python():
         (["force=2mm"], "force takes a percentage, not '2mm'; write --tolerance force=2%"),
         (["force=0.02"], "force takes a percentage"),
         (["roundness=abc"], "roundness takes a percentage"),
-        (["force=0%"], "force: 0 is out of bounds"),
+        (["force=0%"], "force: 0 % is out of bounds; write at least 0.0001 %"),
         (["height=1m"], "height: 1000 mm is out of bounds"),
     ],
 )

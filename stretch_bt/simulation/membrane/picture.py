@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 
-__all__ = ["draw_press", "save_press"]
+__all__ = ["check_picture", "draw_press", "save_press"]
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -65,17 +65,24 @@ def save_press(pressed: SheetPress, path: str | Path) -> None:
     """
     import cv2
 
-    target = Path(path)
-    try:
-        done, data = cv2.imencode(target.suffix or ".", draw_press(pressed))
-    except cv2.error:
-        done = False
-    if not done:
-        raise InvalidInput(f"{target.name!r} does not end in a picture format; write a name such as press.png")
+    target = check_picture(path)
+    _, data = cv2.imencode(target.suffix, draw_press(pressed))
     try:
         target.write_bytes(data.tobytes())
     except OSError as error:
         raise InvalidInput(f"the picture cannot be written to {target}: {error.strerror}") from error
+
+
+def check_picture(path: str | Path) -> Path:
+    """Return the path of a picture that could be written; raises InvalidInput for one that could not, whatever is drawn."""
+    import cv2
+
+    target = Path(path)
+    if not cv2.haveImageWriter(target.name):
+        raise InvalidInput(f"{target.name!r} does not end in a picture format; write a name such as press.png")
+    if not target.parent.is_dir():
+        raise InvalidInput(f"there is no folder {target.parent}; make it first")
+    return target
 
 
 def _project(points: Array) -> tuple[Array, Array]:

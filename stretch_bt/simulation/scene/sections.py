@@ -51,7 +51,7 @@ class Fraction:
         return {"type": ["string", "number"], "examples": ["5 %"]}
 
 
-_Part = Annotated[float, Fraction(), Within(1e-6, 10.0)]
+_Part = Annotated[float, Fraction(), Within(1e-6, 10.0, percent=True)]
 
 
 class _Model(BaseModel):
