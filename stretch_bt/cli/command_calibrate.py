@@ -45,6 +45,10 @@ def command(
     emit_json(found.to_json()) if json_ else _show(found, out)
 
 
+#: parameters that have a unit, and how they are shown in it
+_SHOWN = {"shear_modulus": (", kPa", 1e-3), "thickness": (", mm", 1e3), "mount_prestretch": (", mm", 1e3)}
+
+
 def _show(found: Calibration, out: Path) -> None:
     from stretch_bt.model.calibration.calibrate_membrane import at_an_end
     from stretch_bt.model.calibration.conditioning import Conditioning
@@ -55,7 +59,8 @@ def _show(found: Calibration, out: Path) -> None:
         end = " (at its bound)" if name in BOUNDS and at_an_end(name, value) else ""
         if name == "softening" and conditioned is not None and not conditioned.softens:
             end = " (held: the membrane was not conditioned)"
-        typer.echo(f"{name:40} {value:.5g}{end} +- {sd:.2g}")
+        unit, factor = _SHOWN.get(name, ("", 1.0))
+        typer.echo(f"{name + unit:40} {factor * value:.5g}{end} +- {factor * sd:.2g}")
     if found.zero.common_sd:
         typer.echo(
             f"{'depth offset of all presses, mm':40} {_signed(found.zero.common)} +- {1e3 * found.zero.common_sd:.2g}"

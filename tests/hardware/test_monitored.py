@@ -1,12 +1,13 @@
 """What is common to all devices."""
 
+import math
 import time
 from pathlib import Path
 from unittest import mock
 
 import pytest
 
-from stretch_bt.errors import BeyondLimits, InvalidInput, NoEquilibrium, StaleReading
+from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, NoEquilibrium, NotReady, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, CellContext, GripperDriver, OperatorDriver
 from stretch_bt.hardware.hand import Hand
@@ -112,6 +113,39 @@ def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
     assert first.poll() is MotionState.MOVING
     first.stop()
     assert (first.ended, driver.stops) == (MotionState.STOPPED, 1)
+
+
+class Numb(GripperDriver):
+    """A gripper that no longer knows where its fingers are."""
+
+    Options = None
+    knows = True
+    stops = 0
+
+    def move(self, opening, speed):
+        return lambda: MotionState.MOVING
+
+    def opening(self):
+        now = time.monotonic()
+        return Reading(0.06 if self.knows else math.nan, now, now, 0)
+
+    def stop(self):
+        self.stops += 1
+
+
+def test_fingers_that_are_nowhere_are_within_no_limit():
+    """NaN is past no limit, and was told as ok."""
+    limits, hand = Limits(), Hand()
+    driver = Numb("gripper", None, CellContext(time.monotonic, 0, Path(), hand, limits))
+    gripper = MonitoredGripper("gripper", driver, Watch(time.monotonic, limits, hand, Relay()))
+    gripper.open()
+    motion = gripper.move(0.07, speed=0.02, owner="a")
+    assert motion.poll() is MotionState.MOVING
+    driver.knows = False
+    with pytest.raises(DeviceFault, match=r"its driver broke .*reading is nan; where there is none it raises NoAnswer"):
+        motion.poll()
+    with pytest.raises(NotReady, match="in fault"):
+        gripper.move(0.06, speed=0.02, owner="a")
 
 
 class Listed(Relay):

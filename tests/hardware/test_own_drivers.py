@@ -303,6 +303,13 @@ def test_a_value_that_is_no_reading_is_told(own):
         open_cell(spec, now=lambda: 1.0).devices["camera"].frame(1.0)
 
 
+def test_a_time_that_is_none_is_told(own):
+    """It passed for fresh: NaN is older than nothing."""
+    spec = load_cell(own(text=DRIVER.replace("number), time, time, number)", "number), time, float('nan'), number)")))
+    with pytest.raises(DeviceFault, match="a driver's reading has the time nan"):
+        open_cell(spec, now=lambda: 1.0).devices["camera"].frame(1.0)
+
+
 def test_ages_are_held_around_it(own):
     camera = open_cell(
         load_cell(own(text=DRIVER.replace("time = number", "time = 0.2 * number"))), now=lambda: 10.0

@@ -33,7 +33,7 @@ from stretch_bt.hardware.limits import Limits
 if TYPE_CHECKING:
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["Monitored", "Watch"]
+__all__ = ["Monitored", "Watch", "check_finite"]
 
 D = TypeVar("D", bound=Driver)
 T = TypeVar("T")
@@ -186,6 +186,7 @@ class Monitored(Generic[D]):
             reading = source()
             if not isinstance(reading, Reading):
                 raise TypeError(f"a driver returns a Reading, not a {type(reading).__name__}")
+            check_finite(reading)
             age = self.watch.now() - reading.host_time
             if age <= max_age or time.monotonic() >= end:
                 return reading, age
@@ -204,3 +205,11 @@ class Monitored(Generic[D]):
             reading = replace(reading, host_time=self.watch.stamp(reading.host_time))
         self.watch.journal.reading(self.name, name, reading)
         return reading
+
+
+def check_finite(reading: Reading[Any]) -> None:
+    """Refuse a driver's number or time that is none: NaN is older than nothing and past no limit."""
+    if not math.isfinite(reading.host_time):
+        raise ValueError(f"a driver's reading has the time {reading.host_time}")
+    if isinstance(reading.value, float) and not math.isfinite(reading.value):
+        raise ValueError(f"a driver's reading is {reading.value}; where there is none it raises NoAnswer")

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from stretch_bt.errors import LimitExceeded
 from stretch_bt.hardware.driver import GripperDriver
 from stretch_bt.hardware.interfaces import Gripper, Motion, Reading
+from stretch_bt.hardware.monitored.base import check_finite
 from stretch_bt.hardware.monitored.mover import Mover
 from stretch_bt.hardware.slack import SLACK
 
@@ -52,7 +53,9 @@ class MonitoredGripper(Mover[GripperDriver]):
 
     def _beyond(self) -> float:
         """Return how far the measured opening is outside the limits, m; 0 inside."""
-        stretch, span = self.watch.hand.geometry.stretch(self.driver.opening().value), self.watch.limits.stretch
+        reading = self.driver.opening()
+        check_finite(reading)
+        stretch, span = self.watch.hand.geometry.stretch(reading.value), self.watch.limits.stretch
         return max(span.min - stretch, stretch - span.max, 0.0)
 
     def activate(self, *, owner: str) -> Motion:
