@@ -82,7 +82,7 @@ def _ports(texts: list[str], wires: dict[str, list[str]]) -> dict[str, dict[str,
         if not owners or not number.isdecimal() or int(number) > 65535:
             known = [w for one in wires.values() for w in one]
             told = f"--port {text!r} is not a wire and a port; the wires are {', '.join(known)}"
-            raise InvalidInput(f"{told}: write {known[0]}=54321")
+            raise InvalidInput(f"{told}: write {wire if owners else known[0]}=54321")
         ports.setdefault(owners[0], {})[wire] = int(number)
     return ports
 

@@ -33,6 +33,10 @@ class MoveTo(MotionBehavior):
     arm: Uses[Arm]
     height: In[Length]
 
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.instant = False  # type: ignore[misc]
+
     def start(self) -> Motion:
         """Move straight up or down."""
         return self.arm.move(self.arm.pose(1.0).value.at_height(self.height), speed=0.1, owner=self.path)

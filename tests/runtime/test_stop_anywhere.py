@@ -201,12 +201,13 @@ def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
     """Every tenth or fifth tick in one way, in turn; or each in all four."""
     (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
     mocks = tmp_path / "mocks.yaml"
-    whole = run(TREE, mocks=mocks, out=tmp_path / "whole")
+    rests = {"settle": 1.5}  # where nothing is done, more ticks show nothing
+    whole = run(TREE, mocks=mocks, params=rests, out=tmp_path / "whole")
     assert (whole.status, 60 <= whole.ticks <= 200) == ("SUCCESS", True)
     made: Counter[str] = Counter()
     for tick, k in itertools.product(range(1, whole.ticks + 1, every), range(ways)):
         way = WAYS[(tick // every + k) % 4]
-        trouble, result = stopped(way, tick, tmp_path / f"{way}{tick}", mocks=mocks)
+        trouble, result = stopped(way, tick, tmp_path / f"{way}{tick}", mocks=mocks, params=rests)
         check_end(trouble, result)
         made[way] += trouble.made
         if tick // every % 8 == k:

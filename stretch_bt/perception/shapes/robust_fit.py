@@ -137,9 +137,11 @@ def start_of_few(design: Array, z: Array, floor: float, name: str) -> Array:
     rng = np.random.default_rng(0)
     drawn = np.argsort(rng.random((DRAWS, n)), axis=1)[:, :p]
     through = design[:, drawn].transpose(1, 2, 0)
-    sound = np.abs(np.linalg.det(through)) > 0.0
-    found = np.vstack([solution[None], np.linalg.solve(through[sound], z[drawn[sound]][..., None])[..., 0]])
-    left = np.abs(z - found @ design)
+    with np.errstate(all="ignore"):  # of numbers next to 0 or endless, whose fits are none
+        sound = np.abs(np.linalg.det(through)) > 0.0
+        exact = np.linalg.solve(through[sound], z[drawn[sound]][..., None])[..., 0]
+        found = np.vstack([solution[None], exact])
+        left = np.nan_to_num(np.abs(z - found @ design), nan=np.inf, posinf=np.inf)
     half = np.partition(left, (n + p + 1) // 2 - 1, axis=1)[:, (n + p + 1) // 2 - 1]
     best = int(np.argmin(half))
     if half[best] > CLEARLY * half[0]:
