@@ -21,8 +21,7 @@ class TrackHeight(Behavior):
     With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
     hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
     over all of the contact: what a learned pattern misses and how well it knows where the membrane hangs, or else what the
-    undeformed membrane shows. Over a flat top the membrane
-    stands a little higher, as its edges bend it; that is taken off.
+    undeformed membrane shows. Over a flat top the membrane stands a little higher, as its edges bend it; that is taken off.
 
     Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
 

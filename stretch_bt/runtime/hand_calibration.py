@@ -28,11 +28,11 @@ _MAX_AGE = 0.5
 _PATIENCE = 60.0
 #: standard deviation of where in a count the fingers stand
 _COUNT = 1 / math.sqrt(12)
-#: of the camera's pose, all of which are the same at every stop
 #: m, that lengths may be off a line over the openings, as root mean square; where the ends are seen they are by 0.03 to 0.3 mm
 _BENT = 2e-3
 #: standard deviations that the camera's place at a stop may be off its mean
 _MOVED = 6.0
+#: of the camera's pose, all of which are the same at every stop
 _POSE = ("x", "y", "distance", "tilt_x", "tilt_y", "yaw", "aim_x", "aim_y")
 
 

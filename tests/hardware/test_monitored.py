@@ -72,11 +72,17 @@ class Unbalanced(ArmDriver):
         pass
 
 
-def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
+def opened(device, driver):
+    """Return a driver, and the open device around it."""
     limits, hand = Limits(), Hand()
-    driver = Unbalanced("arm", None, CellContext(time.monotonic, 0, Path(), hand, limits))
-    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
-    arm.open()
+    made = driver("device", None, CellContext(time.monotonic, 0, Path(), hand, limits))
+    monitored = device("device", made, Watch(time.monotonic, limits, hand, Relay()))
+    monitored.open()
+    return made, monitored
+
+
+def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
+    _, arm = opened(MonitoredArm, Unbalanced)
     assert arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="up").poll() is MotionState.MOVING
     for height in (0.08, 0.0999):
         with pytest.raises(NoEquilibrium):
@@ -103,10 +109,7 @@ class Choosy(Unbalanced):
 
 
 def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
-    limits, hand = Limits(), Hand()
-    driver = Choosy("arm", None, CellContext(time.monotonic, 0, Path(), hand, limits))
-    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
-    arm.open()
+    driver, arm = opened(MonitoredArm, Choosy)
     first = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
     with pytest.raises(BeyondLimits):
         arm.move(Pose((0, 0, 0.2)), speed=0.02, owner="b")
@@ -135,10 +138,7 @@ class Numb(GripperDriver):
 
 def test_fingers_that_are_nowhere_are_within_no_limit():
     """NaN is past no limit, and was told as ok."""
-    limits, hand = Limits(), Hand()
-    driver = Numb("gripper", None, CellContext(time.monotonic, 0, Path(), hand, limits))
-    gripper = MonitoredGripper("gripper", driver, Watch(time.monotonic, limits, hand, Relay()))
-    gripper.open()
+    driver, gripper = opened(MonitoredGripper, Numb)
     motion = gripper.move(0.07, speed=0.02, owner="a")
     assert motion.poll() is MotionState.MOVING
     driver.knows = False

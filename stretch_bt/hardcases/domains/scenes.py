@@ -127,7 +127,7 @@ ENDS = {
         0.0,
         forces(0.1, 10.0),
     ),
-    "at the free edge": (BALL, (0.044, 0.0, 0.035), 0.03, forces(0.02, 2.0)),
+    "at the free edge": (BALL, (0.044, 0.0, 0.035), 0.03, forces(0.04, 2.0)),
     "beside the membrane": (BALL, (0.2, 0.0, 0.03), 0.0, forces(0.0, 0.0)),
     "the hand deeper than the object is high": (BALL, (0.0, 0.0, 0.002), 0.0, forces(2.0, 30.0)),
     "hanging at stretch 0 without pre-stretch": (
