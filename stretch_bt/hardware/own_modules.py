@@ -7,6 +7,7 @@ or what lies beside the file that the user named: whoever names that file chose 
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
@@ -98,7 +99,7 @@ class Modules:
             # the text of a SyntaxError has the place
             at = "" if isinstance(error, SyntaxError) else place_of(error) or self._file(name, folders)
             message = f"module {module!r} cannot be imported: {told}{at and f' ({at})'}"
-            raise ModuleRefused(message, "mend the module, or install what it needs") from error
+            raise ModuleRefused(message, _mending(error)) from error
         if not isinstance(found, type | ModuleType):
             what = f"{name!r} is neither a module nor a class, but of type {type(found).__name__!r}"
             raise ModuleRefused(what, "name a module, or a class in one")
@@ -152,6 +153,20 @@ class Modules:
                     f"module {top!r} beside the {self.what} ({_place(own)}) has the name of another one ({_place(other)})",
                     f"rename the module beside the {self.what}",
                 )
+
+
+#: modules of this package whose names own code imports, the likeliest first
+_PUBLIC = ("units", "errors", "hardware.interfaces", "perception", "model")
+
+
+def _mending(error: BaseException) -> str:
+    """Return how to mend a module that cannot be imported; where a name of this package was sought in the wrong place, the right one."""
+    sought = re.search(r"cannot import name '(\w+)' from 'stretch_bt\b", str(error))
+    homes = [f"stretch_bt.{home}" for home in _PUBLIC] if sought and isinstance(error, ImportError) else []
+    for home in homes:
+        if sought and hasattr(importlib.import_module(home), sought[1]):
+            return f"write 'from {home} import {sought[1]}'"
+    return "mend the module, or install what it needs"
 
 
 def longest_module(name: str, folders: Sequence[str]) -> str:

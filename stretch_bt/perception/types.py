@@ -241,11 +241,11 @@ class Cone:
 class Candidate:
     """One shape among those compared: its evidence in nats against the best one's, at most 0, and why it is refused.
 
-    The evidence is minus infinity where the shape could not be fitted at all.
+    The evidence is None where the shape could not be fitted at all.
     """
 
     kind: ShapeKind
-    evidence: float
+    evidence: float | None
     refused: str = ""
 
 

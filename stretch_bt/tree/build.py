@@ -19,7 +19,7 @@ from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.expression import bind
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
-from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of_field, present, tee
+from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of_field, present, relay, tee
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
@@ -334,10 +334,13 @@ class Builder:
         for name, (key, _) in part.inouts.items():
             frame.cells[name] = self.cell(key)
         shared = [(frame.cells[n], part.target.inouts[n]) for n in part.inouts]
-        defaults = [(cell, d.default) for cell, d in shared if d.has_default and d.default is not None]
-        for declared in part.target.outs.values():
-            if declared.name in part.outputs:
-                frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+        defaults = [(cell, d.default) for cell, d in shared if d.has_default and not d.may_be_absent]
+        relays = []
+        for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
+            outer = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+            if declared.has_default:
+                inner = frame.cells[declared.name] = relay(f"{path}/{declared.name}", outer)
+                relays.append((inner, outer, declared.default))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
         outer, self.frame = self.frame, frame
         try:
@@ -345,7 +348,7 @@ class Builder:
             finish = self.root(body.finish, f"{path}/finally") if body.finish else None
         finally:
             self.frame = outer
-        return CallNode(path, child, local, finish, defaults)
+        return CallNode(path, child, local, finish, defaults, relays)
 
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""

@@ -8,7 +8,7 @@ from typing import Any
 from stretch_bt.errors import Absent, UnsetKey
 from stretch_bt.units import Estimate
 
-__all__ = ["MISSING", "Cell"]
+__all__ = ["DEFAULT", "MISSING", "Cell"]
 
 
 class _Missing:
@@ -25,7 +25,7 @@ MISSING: Any = _Missing()
 
 
 #: the writer of a key that is absent by its default
-_DEFAULT = "default"
+DEFAULT = "default"
 
 
 class Cell:
@@ -44,7 +44,7 @@ class Cell:
     def read(self) -> Any:
         """Return the value; raises UnsetKey when nothing wrote it yet, and Absent when what wrote it had none."""
         if self.value is MISSING:
-            if self.writer == _DEFAULT:
+            if self.writer == DEFAULT:
                 raise Absent(f"${self.name} is none, as it is by default")
             if self.writer:
                 raise Absent(f"${self.name} is none: {self.writer} had no value for it")
@@ -73,7 +73,7 @@ class Cell:
         absent = value is None
         self.value = MISSING if absent else value
         self.sd = None
-        self.writer = _DEFAULT if absent else ""
+        self.writer = DEFAULT if absent else ""
 
     def write(self, value: Any, writer: str = "") -> None:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""
@@ -86,6 +86,13 @@ class Cell:
         self.writer = writer
         if self.listener is not None:
             self.listener(self)
+
+    def give(self, default: Any, writer: str) -> None:
+        """Write a default, of which None is absence."""
+        if default is None:
+            self.unset(writer)
+        else:
+            self.write(default, writer)
 
     def unset(self, writer: str = "") -> None:
         """Leave the key without a value, as a node does that writes None to an output that may be absent."""

@@ -30,12 +30,14 @@ class DataFlow:
 
     @cached_property
     def absent(self) -> set[str]:
-        """The keys that may hold nothing though they were written: by their default, by `none`, or as a node had nothing for them."""
-        signature = self.signature
-        tables = (signature.keys, signature.ins, signature.outs, signature.inouts)
-        found = {d.name for table in tables for d in table.values() if d.has_default and d.default is None}
-        for part in self.body.walk():
-            found |= part.absent()
+        """The keys that may hold nothing though they were written: by their default, by `none`, or as a node or caller had nothing."""
+        own = (*self.signature.keys.values(), *self.signature.outs.values())
+        found = {d.name for d in own if d.has_default and d.default is None}
+        found |= {*self.signature.ins, *self.signature.inouts}
+        parts, before = list(self.body.walk()), -1
+        while len(found) > before:  # a `set` hands absence on
+            before = len(found)
+            found = found.union(*(part.absent(found) for part in parts))
         return found
 
     def read(self, wires: Iterable[Wire], known: Known, beside: Container[str] = ()) -> None:
@@ -100,7 +102,7 @@ def check_flow(
     data = DataFlow(signature, body, writers)
     start = (
         frozenset(signature.ins)
-        | {d.name for d in signature.inouts.values() if not (d.has_default and d.default is None)}
+        | {d.name for d in signature.inouts.values() if not d.may_be_absent}
         | {d.name for table in (signature.keys, signature.outs) for d in table.values() if d.has_default}
     )
     done = body.flow(data, start)

@@ -12,7 +12,7 @@ from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate
 
-__all__ = ["Computed", "bounded", "carried", "constant", "error_of_field", "present", "tee"]
+__all__ = ["Computed", "bounded", "carried", "constant", "error_of_field", "present", "relay", "tee"]
 
 
 class Computed(Cell):
@@ -47,6 +47,20 @@ def tee(target: Cell, target_sd: Cell) -> Cell:
         target_sd.write(cell.sd, cell.writer)
 
     made = Cell(target.name)
+    made.listener = pass_on
+    return made
+
+
+def relay(name: str, outer: Cell) -> Cell:
+    """Return an output of a called tree that has a default, which the caller's key is not to have before the call succeeds."""
+
+    def pass_on(cell: Cell) -> None:
+        if cell.value is MISSING:
+            outer.unset(cell.writer)
+        else:
+            outer.write(cell.held(), cell.writer)
+
+    made = Cell(name)
     made.listener = pass_on
     return made
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import types
 import typing
+from functools import lru_cache
 from numbers import Integral, Real
 from typing import Annotated, Any
 
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.tree.types import ANY, Family, Type, from_annotation
+from stretch_bt.tree.types import ANY, Family, Type, annotations_of, from_annotation
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate, is_number, parse_quantity, plain_list, plain_number
 
@@ -37,7 +39,8 @@ class PortCheck:
         self.type = _type_of(annotation)
         self.optional = allows_none(annotation)
         self.bounds = (low, high)
-        self.exact = _PLAIN.get(self.type.family, self.type.cls)
+        # a record is looked at field by field
+        self.exact = _PLAIN.get(self.type.family, None if dataclasses.is_dataclass(self.type.cls) else self.type.cls)
         self.low: float = -_LARGEST if low is None else low
         self.high: float = _LARGEST if high is None else high
 
@@ -66,7 +69,7 @@ class PortCheck:
         if plain_text and (not type_.options or value in type_.options):
             return value
         if type_.cls is not None and _is_one(value, type_.cls):
-            return value
+            return _with_right_fields(value)
         raise InvalidInput(self._refusal(value))
 
     def _member(self, value: Any, type_: Type) -> Any:
@@ -99,6 +102,27 @@ class PortCheck:
     def _refusal(self, value: Any) -> str:
         hint = _as_si(value, self.type)
         return f"it takes {self.expected()}, not {_short(value)}{hint and '; ' + hint}"
+
+
+@lru_cache(maxsize=256)
+def _checks_of(cls: type) -> tuple[tuple[str, PortCheck], ...]:
+    """Return what the fields of a record must be; of one that has no fields of its own, as where a mock gives some of them, nothing."""
+    if "__dataclass_fields__" not in vars(cls):
+        return ()
+    names = {field.name for field in dataclasses.fields(cls)}
+    least = {name: 0.0 if name.endswith("_sd") and name.removesuffix("_sd") in names else None for name in names}
+    found = ((name, PortCheck(hint, least[name], None)) for name, hint in annotations_of(cls).items() if name in names)
+    return tuple((name, check) for name, check in found if check.type is not ANY)
+
+
+def _with_right_fields(value: Any) -> Any:
+    """Return a record, or whatever else it is; raises InvalidInput for a field that no output could be."""
+    for name, check in _checks_of(type(value)):
+        try:
+            check.judge(getattr(value, name))
+        except InvalidInput as error:
+            raise InvalidInput(f"its field {name!r}: {error}") from None
+    return value
 
 
 def _fits(sd: float) -> bool:

@@ -206,6 +206,9 @@ def _check_default(name: str, declared: Port, ports: Mapping[str, Port]) -> None
         declared.check(ports).judge(declared.default)
     except InvalidInput as error:
         raise RegistryError(f"node {name!r}, port {declared.name!r}: its default is wrong: {error}") from None
+    if isinstance(declared.default, Estimate) and f"{declared.name}_sd" in ports:
+        message = f"node {name!r}, port {declared.name!r}: the deviation of its default would be lost beside a port {declared.name}_sd"
+        raise RegistryError(f"{message}; write {float(declared.default):g}, and {declared.default.sd:g} as that port's")
 
 
 def _port_types(cls: type[Behavior]) -> dict[str, Type]:

@@ -173,6 +173,85 @@ def test_a_key_that_is_absent_by_default_fails_what_needs_it(run: Any, body: str
     assert (outcome.status, reason in outcome.reason) == (status, True), outcome.reason
 
 
+@pytest.mark.parametrize(
+    ("first", "worked_out"),
+    [
+        ("lacks: {d: $d}", "d + 1 mm"),
+        ("sequence: [lacks: {d: $d}, set: {e: d}]", "e + 1 mm"),
+        ("set: {e: 1 mm}", "at(xs, 1)"),
+        ("set: {e: 1 mm}", "mean(xs)"),
+        ("set: {e: 1 mm}", "xs.0 + 1 mm"),
+    ],
+)
+def test_a_set_that_may_have_no_value_may_fail(run: Any, first: str, worked_out: str) -> None:
+    """`check` held that it cannot, and refused what comes after it in a selector."""
+    outcome = run(f"""\
+format: stretch-tree/1
+trees:
+  lacks:
+    out: {{d: {{type: Length, default: none}}}}
+    check: 1 < 2
+  main:
+    keys: {{e: {{type: Length, default: 1 mm}}, xs: {{type: "list[Length]", default: []}}}}
+    out: {{y: Length}}
+    sequence:
+      - {first}
+      - selector:
+          - set: {{y: "{worked_out}", y_sd: 1 mm}}
+          - set: {{y: 2 mm, y_sd: 1 mm}}
+      - check: y == 2 mm
+      - lacks: {{}}
+      - set: {{e: 2 mm}}
+      - check: e > 0 mm
+""")
+    assert outcome.status == "SUCCESS", outcome.reason
+
+
+def test_the_default_of_an_out_reaches_the_key_of_a_call_that_succeeds(run: Any) -> None:
+    """`check` counted on it, and the run ended with an error. What the body reads of the caller's key stays until it writes."""
+    outcome = run("""\
+format: stretch-tree/1
+trees:
+  keeps:
+    in: {a: Length, ok: bool}
+    out: {d: {type: Length, default: 3 mm}}
+    sequence: [check: a == 8 mm, check: d == 3 mm, check: ok]
+  writes:
+    out: {d: {type: Length, default: 3 mm}}
+    set: {d: 5 mm}
+  main:
+    keys: {d: {default: 8 mm}}
+    sequence:
+      - force_success: {keeps: {a: $d, ok: false, d: $d}}
+      - check: d == 8 mm
+      - keeps: {a: $d, ok: true, d: $d}
+      - check: d == 3 mm
+      - writes: {d: $d}
+      - check: d == 5 mm
+""")
+    assert outcome.status == "SUCCESS", outcome.reason
+
+
+@pytest.mark.parametrize("declared", ["", "keys: {f: {type: Length, default: none}}", "keys: {f: {default: 2 mm}}"])
+def test_an_inout_whose_default_is_none_may_be_read_before_anything_wrote_it(run: Any, declared: str) -> None:
+    """It counted as one without a default."""
+    outcome = run(f"""\
+format: stretch-tree/1
+trees:
+  over:
+    inout: {{q: {{type: Length, default: none}}}}
+    sequence:
+      - check: q == none or q == 2 mm
+      - set: {{q: 1 mm}}
+  main:
+    {declared}
+    sequence:
+      - over: {{q: $f}}
+      - check: f == 1 mm
+""")
+    assert outcome.status == "SUCCESS", outcome.reason
+
+
 def test_a_key_that_is_none_alone_is_not_held_for_unread(tmp_path: Any) -> None:
     path = tmp_path / "tree.yaml"
     head = "format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n"

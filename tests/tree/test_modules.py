@@ -266,6 +266,14 @@ def test_a_module_that_python_cannot_compile_is_told_with_its_file(tmp_path: Pat
     assert ": (" not in str(refused.value)
 
 
+@pytest.mark.parametrize(("name", "home"), [("Length", "units"), ("NoAnswer", "errors"), ("Arm", "hardware.interfaces")])
+def test_a_name_that_is_sought_in_the_wrong_place_is_told_with_its_own(tmp_path: Path, name: str, home: str) -> None:
+    put(tmp_path, "astray.py", f"from stretch_bt import {name}\n")
+    with pytest.raises(ModuleRefused) as refused:
+        Modules.beside(tmp_path / "tree.yaml").bring("astray", tmp_path / "tree.yaml")
+    assert refused.value.hint == f"write 'from stretch_bt.{home} import {name}'"
+
+
 def test_a_current_folder_that_is_gone_keeps_no_tree_from_its_check(folders):
     trees, elsewhere = folders
     tree = put(trees, "tree.yaml", TREE % ("own_gone", ", own_node"))

@@ -21,6 +21,10 @@ class Dent:
     """A dent."""
 
     depth: Length
+    depth_sd: Length = 0.0
+    marks: tuple[int, ...] = ()
+    inner: "Dent | None" = None
+    raw: object = None
 
 
 #: annotation, value, what is kept
@@ -42,6 +46,7 @@ TAKEN = [
     (list[list[float]], np.eye(2), [[1.0, 0.0], [0.0, 1.0]]),
     (Literal[1, 2], np.int8(2), 2),
     (Dent, Dent(0.001), Dent(0.001)),
+    (Dent, Dent(0.001, 0.0, (1, 2), Dent(0.002), "x"), Dent(0.001, 0.0, (1, 2), Dent(0.002), "x")),
     (Dent | None, None, None),
     (Length | None, None, None),
     (Length | None, 0.001, 0.001),
@@ -70,6 +75,11 @@ REFUSED = [
     (list[Length], ["5 mm"], "not '5 mm'"),
     (Dent, 0.001, "a Dent, not 0.001"),
     (Dent | None, "none", "a Dent or None"),
+    (Dent, Dent("two"), "its field 'depth': it takes a Length .*, not 'two'"),
+    (Dent, Dent(math.nan), "its field 'depth': .* not nan; raise NoAnswer"),
+    (Dent, Dent(0.001, -0.1), "its field 'depth_sd': "),
+    (Dent, Dent(0.001, marks=(1, 2.5)), "its field 'marks': .* not 2.5"),
+    (list[Dent], [Dent(0.001), Dent(0.001, inner=Dent(None))], "its field 'inner': its field 'depth': .* not None"),
 ]
 
 

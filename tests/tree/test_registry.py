@@ -22,7 +22,7 @@ from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, Uses, port
 from stretch_bt.tree.registry import RESERVED, RegistryError, describe, fields_of, load_all, lookup, node, snake_case
 from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 from stretch_bt.tree.types import Family
-from stretch_bt.units import Length
+from stretch_bt.units import Estimate, Length
 
 NODES = load_all()
 KINDS = {"actuation", "perception", "model", "condition", "action"}
@@ -184,6 +184,12 @@ WRONG_PORTS = [
 def test_a_default_or_bound_that_does_not_fit_is_refused(kind: Any, given: Any, told: str, fresh: None) -> None:
     with pytest.raises(RegistryError, match=f"node 'probe', port 'size': .*{told}"):
         node(behavior({"size": kind}, size=given))
+
+
+def test_a_default_has_no_deviation_where_a_port_has_it(fresh: None) -> None:
+    with pytest.raises(RegistryError, match="'size': the deviation of its default would be lost .* write 0.5, and 0.1"):
+        node(behavior({"size": In[Length], "size_sd": In[Length]}, size=Estimate(0.5, 0.1), size_sd=0.2))
+    node(behavior({"size": In[Length]}, size=Estimate(0.5, 0.1)))
 
 
 @pytest.mark.parametrize("kind", [Uses[int], Uses[Length | None], Uses[Arm | Gripper]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -91,7 +92,7 @@ def _tried(kind: ShapeKind, sight: Sight) -> _Fitted | Candidate:
     try:
         settled = FITTERS[kind].settle(sight)
     except IllConditioned as error:
-        return Candidate(kind, -np.inf, error.reason)
+        return Candidate(kind, None, error.reason)
     try:
         return _Fitted(kind, settled, FITTERS[kind].finish(settled, sight))
     except IllConditioned as error:
@@ -111,7 +112,7 @@ def _chosen(tried: list[_Fitted | Candidate], sight: Sight) -> Shape:
     chosen = next(f for kind, f in fits.items() if evidence[kind] >= reached - MARGIN)
     assert chosen.fit is not None
     ranking = [t if isinstance(t, Candidate) else Candidate(t.kind, evidence[t.kind] - top, t.refused) for t in tried]
-    ranking.sort(key=lambda c: -c.evidence)
+    ranking.sort(key=lambda c: math.inf if c.evidence is None else -c.evidence)
     return Shape(chosen.kind, chosen.fit, chosen.settled.scale * sight.size, tuple(ranking))
 
 

@@ -231,7 +231,7 @@ def _best(case: _Case, shape: str) -> Solid:
         except IllConditioned as error:
             case.refused[kind] = str(error)
     ranking = [Weighed(kind, case.evidence[kind] - most, case.refused.get(kind, "")) for kind in order]
-    ranking += [Weighed(kind, -math.inf, why) for kind, why in case.refused.items() if kind not in case.evidence]
+    ranking += [Weighed(kind, None, why) for kind, why in case.refused.items() if kind not in case.evidence]
     if chosen is None:
         reasons = "; ".join(f"{w.kind}: {w.refused}" for w in ranking if w.refused and shape in ("auto", w.kind))
         if shape not in ("auto", "extents"):

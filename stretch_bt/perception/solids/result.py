@@ -48,10 +48,10 @@ class Dimension:
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """A kind of shape with its evidence in nats, 0 for the best, or why it was refused."""
+    """A kind of shape with its evidence in nats, 0 for the best and None where it was not weighed, or why it was refused."""
 
     kind: Kind
-    evidence: float
+    evidence: float | None
     refused: str = ""
 
 

@@ -6,7 +6,7 @@ One construct to a file: a `Part` that knows its keyword, its form in YAML, its 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Container, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
@@ -62,6 +62,12 @@ class Wire:
     def is_constant(self) -> bool:
         """Whether the value is known at load."""
         return self.value is not MISSING
+
+    def may_lack(self, absent: Container[str]) -> bool:
+        """Whether there may be no value, where the keys of these names may hold none."""
+        from stretch_bt.tree.expression.lack import may_lack
+
+        return bool(self.readings) or (self.expression is not None and may_lack(self.expression, absent))
 
     def single_key(self) -> str | None:
         """Return the key when the wire is just that key."""
@@ -130,8 +136,8 @@ class Part(ABC):
         """Whether it may take more than one tick."""
         return any(child.is_long() for child in self.children())
 
-    def absent(self) -> set[str]:
-        """Return the keys that it may leave without a value where it ends with SUCCESS."""
+    def absent(self, known: Container[str]) -> set[str]:
+        """Return the keys that it may leave without a value where it ends with SUCCESS, of those `known` to be so already."""
         return set()
 
     def walk(self) -> Iterator[Part]:

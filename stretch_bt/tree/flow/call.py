@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Container, Generator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark
-from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.cell import DEFAULT, MISSING, Cell
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
 
@@ -58,6 +58,10 @@ class Call(Part):
         data.read_over(self.inouts, {name for name in self.inouts if self.target.inouts[name].has_default}, known)
         return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
+    def absent(self, known: Container[str]) -> set[str]:
+        """Return the keys of its outputs: the called tree may have written `none` to any of them."""
+        return {key for key, _ in (*self.outputs.values(), *self.inouts.values())}
+
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the called tree with cells of its own."""
         return builder.call(self, path)
@@ -73,10 +77,12 @@ class CallNode(FlowNode):
         local: list[tuple[Cell, Any]],
         finish: py_trees.behaviour.Behaviour | None = None,
         shared: list[tuple[Cell, Any]] | None = None,
+        relays: list[tuple[Cell, Cell, Any]] | None = None,
     ) -> None:
         super().__init__(path, child)
         self.local = local
         self.shared = shared or []  # keys of the caller that have a default here
+        self.relays = relays or []  # outputs that have a default, each with the key of the caller
         self.finish = finish
         self.result: Status | None = None
         self.entered = False
@@ -90,12 +96,22 @@ class CallNode(FlowNode):
         self.entered = True
         for cell, default in self.local:
             cell.reset(default)
+        for inner, _, default in self.relays:
+            inner.reset(default)
         for cell, default in self.shared:
-            if cell.value is MISSING:
-                cell.write(default, self.path)
+            if cell.value is MISSING and (default is not None or not cell.writer):
+                cell.give(default, self.path)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
-        """Tick the body, then `finish`."""
+        """Tick the body, then `finish`; what they did not write has its default once they succeeded."""
+        status = yield from self._decided()
+        if status is Status.SUCCESS:
+            for inner, outer, default in self.relays:
+                if inner.writer in ("", DEFAULT):
+                    outer.give(default, self.path)
+        return status
+
+    def _decided(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         if self.result is None:
             yield from self.child.tick()
             if self.child.status is Status.RUNNING or self.finish is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -60,7 +60,7 @@ class Leaf(Part):
         data.read_over(self.inouts, {name for name in self.inouts if not self.info.ports[name].required}, known)
         return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
-    def absent(self) -> set[str]:
+    def absent(self, known: Container[str]) -> set[str]:
         """Return the keys of outputs that may be none."""
         optional = (name for name, check in self.info.written().items() if check.optional and name in self.outputs)
         return {self.outputs[name][0] for name in optional}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Container, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.cell import Cell
+from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, ref
 from stretch_bt.units import Estimate
@@ -86,13 +87,14 @@ class SetKeys(Part):
         for key, wire in (*self.wires.items(), *self.sds.items()):
             data.read([wire], known, beside=self.wires.keys() - {key})
         # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
-        worked_out = [w for w in (*self.wires.values(), *self.sds.values()) if w.single_key() is None]
-        fails = any(name in data.absent for wire in worked_out for name, _ in wire.reads)
+        worked_out = [w for w in self.wires.values() if w.readings or not isinstance(w.expression, Name)]
+        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values()))
         return Flow(known | set(self.wires), known if fails else None)
 
-    def absent(self) -> set[str]:
+    def absent(self, known: Container[str]) -> set[str]:
         """Return the keys that it may leave without a value."""
-        return {key for key, wire in self.wires.items() if wire.is_constant and wire.value is None}
+        copied = {key for key, wire in self.wires.items() if isinstance(wire.expression, Name) and wire.may_lack(known)}
+        return copied | {key for key, wire in self.wires.items() if wire.value is None}
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""

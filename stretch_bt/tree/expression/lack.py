@@ -1,0 +1,30 @@
+"""Whether an expression may have no value."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.types import NONE
+
+__all__ = ["may_lack"]
+
+#: that have a value of every list, an empty one included
+_ALWAYS = ("len", "sum", "sort")
+
+
+def may_lack(expression: Expression, absent: Container[str]) -> bool:
+    """Whether an expression reads what may be `none`, where keys of these names may, or asks a list for what it may not hold."""
+    if isinstance(expression, Constant):
+        return False
+    if isinstance(expression, Name):
+        name, *fields = expression.parts
+        return name in absent or name.removesuffix("_sd") in absent or (bool(fields) and name != "task")
+    if isinstance(expression, Unary):
+        return may_lack(expression.operand, absent)
+    if isinstance(expression, Binary):
+        asks = NONE in (expression.left.type, expression.right.type)  # whether it is none, which is an answer
+        return not asks and (may_lack(expression.left, absent) or may_lack(expression.right, absent))
+    assert isinstance(expression, Call)
+    of_list = expression.arguments[0].type.item is not None
+    return (of_list and expression.function not in _ALWAYS) or any(may_lack(a, absent) for a in expression.arguments)
