@@ -84,6 +84,7 @@ _add_commands(app, cli)
 
 #: what to do where the system refuses a file
 _REMEDIES = {
+    errno.ENOENT: "correct the name, or make its folder first",
     errno.EISDIR: "it is a folder; name a file in it",
     errno.EEXIST: "name another one, or move it away",
     errno.ENOTDIR: "a file is where a folder is wanted; name another path",
@@ -102,7 +103,8 @@ def _told(error: OSError) -> str:
     except FileNotFoundError:
         return "the current folder is gone, and a path is relative to it; go to a folder that is there (cd), or name full paths"
     remedy = _REMEDIES.get(error.errno or 0)
-    return writable(error) + (f"; {remedy}" if remedy else "")
+    what = writable(error) if error.filename is None else f"{error.filename}: {error.strerror}"
+    return what + (f"; {remedy}" if remedy else "")
 
 
 def _check_given(words: list[str]) -> None:

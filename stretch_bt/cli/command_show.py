@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from stretch_bt.errors import InvalidInput
+
 __all__ = ["command"]
 
 
@@ -17,6 +19,8 @@ def command(
     wires: Annotated[bool, typer.Option("--wires", help="As text, show every wire in full.")] = False,
 ) -> None:
     """Show a tree as text, as a picture, or as BehaviorTree.CPP XML."""
+    if wires and format_ != "text":
+        raise InvalidInput(f"--wires belongs to the text form, not to {format_}; leave it out, or write --format text")
     from stretch_bt.tree.export import export
     from stretch_bt.tree.program import load_program
 

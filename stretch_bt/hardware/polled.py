@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar, Generic, TypeVar
 
-from stretch_bt.errors import NotReady
+from stretch_bt.errors import DeviceFault, NotReady, shown
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.wire_thread import Sample, Wire, WireThread
 
@@ -37,7 +37,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
     def open(self) -> None:
         """Connect and read once; moves nothing."""
         kept, self._kept = self._kept, None
-        wire = self.wire() if kept is None else kept
+        wire = self._connection() if kept is None else kept
         thread = WireThread[W, S](
             self.name,
             wire,
@@ -48,6 +48,14 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
         )
         thread.start()
         self._thread, self._kept = thread, wire
+
+    def _connection(self) -> W:
+        found = self.wire()
+        lacks = [name for name in ("connect", "read", "close") if not callable(getattr(found, name, None))]
+        if lacks:
+            what = f"{type(self).__name__}.wire() gave {shown(found)}, which has no {lacks[0]}()"
+            raise DeviceFault(self.name, f"{what}; let it return a connection with connect(), read() and close()")
+        return found
 
     def halt(self, wire: W) -> None:
         """Stop the device over its wire, also over one that gave no good answer and is about to be closed; nothing unless a driver says so."""

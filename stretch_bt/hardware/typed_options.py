@@ -25,6 +25,7 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.driver import Driver, Mistake, Options
 from stretch_bt.source.comments import comments_of
+from stretch_bt.units import Within
 
 __all__ = ["options_model"]
 
@@ -113,8 +114,19 @@ def _fields(cls: type[Driver], given: type[Any]) -> dict[str, Any]:
         if field.name in _TAKEN or field.name.startswith(("_", "model_")):
             raise InvalidInput(f"an option of {cls.__name__} cannot be called {field.name!r}; choose another name")
         if field.init:
+            _check_default(cls, field, hints[field.name])
             found[field.name] = (_annotation(hints[field.name]), _described(field, docs))
     return found
+
+
+def _check_default(cls: type[Driver], field: dataclasses.Field[Any], hint: Any) -> None:
+    """Refuse a default outside the bounds of its own option: a cell file that leaves it out is not looked at for it."""
+    bounds = [given for given in getattr(hint, "__metadata__", ()) if isinstance(given, Within)]
+    for within in bounds if isinstance(field.default, int | float) else ():
+        try:
+            within.check(field.default)
+        except InvalidInput as error:
+            raise InvalidInput(f"the default of {field.name!r} in the options of {cls.__name__}: {error}") from None
 
 
 def _described(field: dataclasses.Field[Any], docs: Mapping[str, str]) -> Any:

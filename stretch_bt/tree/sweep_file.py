@@ -13,7 +13,7 @@ from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SweepError
 from stretch_bt.simulation.scene.sections import Tolerance
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, load, validate
 from stretch_bt.tree.values import written
-from stretch_bt.units import Time, Within
+from stretch_bt.units import Time, Within, parse_quantity
 
 __all__ = ["FORMAT", "SweepFile", "load_sweep", "sweep_schema"]
 
@@ -183,12 +183,23 @@ def _twice(found: SweepFile) -> list[Diagnostic]:
     lists: dict[str, tuple[Value, ...]] = {"tree": found.trees, "scene": found.scenes, **found.choices}
     wrong = []
     for name, values in lists.items():
-        seen: set[str] = set()
+        seen: dict[str, str] = {}
         for value in values:
-            if (text := written(value)) in seen:
-                wrong.append(value.mark.error("value", f"{name} has {text!r} twice", "write each value once"))
-            seen.add(text)
+            text, meant = written(value), _in_si(written(value))
+            if meant in seen:
+                twice = f"{text!r} twice" if seen[meant] == text else f"{seen[meant]!r} and {text!r}, which are the same"
+                wrong.append(value.mark.error("value", f"{name} has {twice}", "write each value once"))
+            seen.setdefault(meant, text)
     return wrong
+
+
+def _in_si(text: str) -> str:
+    """Return a number with its unit in SI, rounded, so that `1 mm` is `0.1 cm`; any other text as it is."""
+    try:
+        number, dimension = parse_quantity(text)
+    except InvalidInput:
+        return text
+    return f"{number:.12g} {dimension}" if any(dimension) else text
 
 
 def _too_many(found: SweepFile, source: Map) -> list[Diagnostic]:

@@ -130,3 +130,13 @@ def test_a_connection_that_hangs_is_told_as_the_device_is_closed_and_is_not_used
     driver.open()
     assert wire_of(driver) is not wire
     wire.gate.set()
+
+
+@pytest.mark.parametrize("given", [None, 5])
+def test_a_driver_that_makes_no_connection_is_told(made, given):
+    class Unwired(Polled):
+        def wire(self):
+            return given
+
+    with pytest.raises(DeviceFault, match=rf"gripper: Unwired.wire\(\) gave {given}, which has no connect\(\); let it"):
+        made(Unwired).open()
