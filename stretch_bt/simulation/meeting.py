@@ -92,6 +92,11 @@ class Meeting:
         place = self._place(standing, where, stretch)
         return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
 
+    def buried(self, state: Any, pose: Pose, stretch: float) -> float:
+        """Return how far an object beneath the hand stands out above the plane of the membrane, m; 0 where it does not."""
+        where = seat(self.specimen.standing(state, 0.0), pose)
+        return max(where.depth, 0.0) if self._covers(where, stretch) else 0.0
+
     def lift(self, standing: Standing, where: Seat, stretch: float) -> float:
         """Return how far the membrane hangs where it meets the object, m."""
         return self.fidelity.lift(self._felt(standing, where, stretch))

@@ -110,6 +110,10 @@ class World:
         """The last moment, s, that the memory was taken to; minus infinity before any."""
         return self._past[-1].time
 
+    def buried(self, pose: Pose, stretch: float) -> float:
+        """Return how far the object stands out above the plane of a membrane over it, m, as it is now."""
+        return self._meeting.buried(self._past[-1].thing, pose, stretch)
+
     def contact(self, pose: Pose, stretch: float, time: float = 0.0) -> Contact:
         """Return how membrane and object stand; solved once for each new pose and stretch after a change, and moment where time counts.
 

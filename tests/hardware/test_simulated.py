@@ -1,10 +1,12 @@
 import math
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
@@ -84,6 +86,16 @@ def test_the_table_is_never_entered(clock, advance, tmp_path):
     motion = arm.move(Pose((0.2, 0, -0.05)), speed=0.2, owner="a")
     assert advance(motion) is MotionState.BLOCKED
     assert arm.pose(1.0).value.height == 0.0
+
+
+@pytest.mark.parametrize(("x", "told"), [("0 mm", "reaches 60 mm above the table, and the hand begins at 59"), ("200 mm", None)])
+def test_a_hand_does_not_begin_inside_the_object(clock, tmp_path, x, told):
+    """A cylinder taller than the hand stands was pressed for minutes, and then had no equilibrium."""
+    path = tmp_path / "cell.yaml"
+    arm = f"{{type: Arm, use: simulated, x: {x}, height: 59 mm}}"
+    path.write_text(f"format: stretch-cell/1\ndevices: {{arm: {arm}}}\n")
+    with nullcontext() if told is None else pytest.raises(InvalidInput, match=told):
+        open_cell(load_cell(path), now=clock, scene=load_scene("water_balloon")).close()
 
 
 def test_the_fingers_end(clock, advance, tmp_path):

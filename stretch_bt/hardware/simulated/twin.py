@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.interfaces import Reading
@@ -48,7 +48,12 @@ class Twin:
         self.fingers: Track[float] = Track(geometry.rest_opening)
 
     def place(self, home: Pose) -> None:
-        """Put the hand where the arm is when it is opened."""
+        """Put the hand where the arm is when it is opened; raises InvalidInput where the object already is."""
+        buried = self.world.buried(home, 0.0)
+        if buried > 0:
+            object_, height, top = (self.scene.object.type, *(f"{1e3 * z:.4g} mm" for z in (home.height, home.height + buried)))
+            message = f"the {object_} reaches {top} above the table, and the hand begins at {height}, inside it"
+            raise InvalidInput(f"{message}; let the arm of the cell begin higher (height: ...), or move the object")
         self.hand = Track(Placed.at(home))
 
     def follow_arm(self, pose: Callable[[], Reading[Pose]]) -> None:
