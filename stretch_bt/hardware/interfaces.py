@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar, Generic, Protocol, TypeVar, runtime_checkable
 
+from stretch_bt.errors import shown
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.units import Force, Length
 
@@ -28,6 +29,8 @@ __all__ = [
     "MotionState",
     "Operator",
     "Reading",
+    "is_one",
+    "kind_of",
     "readings_of",
 ]
 
@@ -204,6 +207,17 @@ class Operator(Device, Protocol):
 
 
 INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera, ForceSensor, Operator)}
+
+
+def is_one(device: Any, interface: type) -> bool:
+    """Whether something is a device of an interface: it says so by its `kind`, as a scripted one does, or has what belongs to it."""
+    kind = getattr(device, "kind", None)
+    return kind == interface.__name__ if kind in INTERFACES else isinstance(device, interface)
+
+
+def kind_of(device: Any) -> str:
+    """Return the kind of a device, or what else it is, for messages."""
+    return next((name for name, interface in INTERFACES.items() if is_one(device, interface)), shown(device))
 
 
 def readings_of(interface: type) -> Mapping[str, Any]:

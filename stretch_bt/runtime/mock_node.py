@@ -138,6 +138,7 @@ class MockNode(FlowNode):
     def begin(self) -> None:
         """Start the time that the stand-in takes."""
         self.runs += 1
+        self.due: Status | None = None
         self.time = Countdown(self.context, self.rule.after)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
@@ -162,4 +163,6 @@ class MockNode(FlowNode):
             return Status.SUCCESS if self.script() else Status.FAILURE
         if self.rule.then == "fail" and self.limit and self.runs > self.limit:
             return Status.FAILURE
-        return next(self.statuses)  # type: ignore[no-any-return]
+        if self.due is None:
+            self.due = next(self.statuses)
+        return self.due

@@ -10,6 +10,7 @@ from py_trees.common import Status
 from stretch_bt.runtime.watcher import Careful, Watcher
 from stretch_bt.tree.build import Node
 from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.flow.passes import PassKeys
 
 __all__ = ["Telling"]
 
@@ -30,6 +31,7 @@ class Telling:
     def __init__(self, watchers: list[Watcher], nodes: Mapping[str, Node]) -> None:
         self.watchers = watchers
         self._nodes = nodes
+        self._passes = {path: found for path, node in nodes.items() if (found := _passes_around(node))}
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
 
@@ -71,9 +73,10 @@ class Telling:
         self._running &= self._nodes.keys()
 
     def _changed(self, node: Node) -> None:
-        """Tell when the status of a node is new, or when it ended once more."""
+        """Tell when the status of a node is new, or when it ended once more: of a condition, that is asked at each tick, in another pass."""
         counts = getattr(node, "kind", "condition") != "condition"
-        state = (node.status, node.runs if counts else 0)
+        begun = node.runs if counts else sum(keys.begun for keys in self._passes.get(node.path, ()))
+        state = (node.status, begun)
         if self._last.get(node.path) != state:
             self._tell(node, state)
 
@@ -82,3 +85,12 @@ class Telling:
         (self._running.add if node.status is Status.RUNNING else self._running.discard)(node.path)
         for watcher in self.watchers:
             watcher.status(node.path, node.status.name, node.feedback_message)
+
+
+def _passes_around(node: Node) -> list[PassKeys]:
+    """Return what counts the passes of each loop around a node."""
+    found = []
+    while (node := node.parent) is not None:
+        if isinstance(keys := getattr(node, "keys", None), PassKeys):
+            found.append(keys)
+    return found

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
 from stretch_bt.runtime.mock_arrays import array_of
 from stretch_bt.runtime.partial_record import FieldReader, record_of
 from stretch_bt.source import Mark, Scalar, did_you_mean
-from stretch_bt.testing.scripted import ScriptedDevice
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.registry import NodeInfo
@@ -74,11 +73,9 @@ def _missing(port: Port, type_: Type) -> str:
 
 
 def _device(port: Port, type_: Type, given: Any) -> Any:
-    kind = given.kind if isinstance(given, ScriptedDevice) else None
-    fits = kind == type_.name if kind else isinstance(given, INTERFACES[type_.name])
-    if not fits:
+    if not is_one(given, INTERFACES[type_.name]):
         hint = f'give {port.name}=scripted_device("{type_.name}")'
-        raise InvalidInput(f"it takes a device, {type_.name}, not {kind or shown(given)}; {hint}")
+        raise InvalidInput(f"it takes a device, {type_.name}, not {kind_of(given)}; {hint}")
     return given
 
 

@@ -12,14 +12,14 @@ import py_trees
 from stretch_bt.blame import own_code
 from stretch_bt.errors import Absent
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.cell import MISSING, BoundedCell, Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.expression import bind
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
-from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of_field, present, relay, tee
+from stretch_bt.tree.feeds import Computed, bounded, bounds_check, carried, constant, error_of_field, present, relay, tee
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
@@ -204,7 +204,7 @@ class Builder:
         fresh = []
         for d in declared:
             default = d.default if d.has_default else MISSING
-            cell = Cell(f"{frame.path}/{d.name}")
+            cell = _cell_of(d, f"{frame.path}/{d.name}")
             cell.reset(default)
             frame.cells[d.name] = cell
             fresh.append((cell, default))
@@ -279,6 +279,8 @@ class Builder:
             node.sinks[name] = self.cell(key)
         for declared in part.info.of(Role.OUTPUT):
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
+            if isinstance(cell, BoundedCell):  # which a number would pass by
+                cell = relay(cell.name, cell)
             sd = part.outputs.get(f"{declared.name}_sd")
             if sd is not None and f"{declared.name}_sd" not in part.info.ports:
                 cell = tee(cell, self.cell(sd[0]))
@@ -303,7 +305,7 @@ class Builder:
             thunk = present(thunk, default)
         if wire.is_constant or (declared.min, declared.max) == (None, None):
             return thunk
-        return bounded(thunk, declared, part.info.types[declared.name])
+        return bounded(thunk, bounds_check(declared.name, part.info.types[declared.name], declared.min, declared.max))
 
     def error_of(self, wire: Wire) -> Callable[[], float | None] | None:
         """Return what reads the error of a wire's value; None where a value of its kind carries none."""
@@ -338,8 +340,10 @@ class Builder:
         relays = []
         for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
             outer = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+            if declared.has_default or declared.own_bounds != (None, None):
+                inner = relay(outer.name, outer, _cell_of(declared, f"{path}/{declared.name}"))
+                frame.cells[declared.name] = inner
             if declared.has_default:
-                inner = frame.cells[declared.name] = relay(f"{path}/{declared.name}", outer)
                 relays.append((inner, outer, declared.default))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
         outer, self.frame = self.frame, frame
@@ -359,7 +363,16 @@ class Builder:
             cell = constant(f"{path}/{declared.name}", wire.value, path)
             cell.sd = None if error is None else error()
             return cell
-        key = wire.single_key()
-        if key is not None:
+        key, thunk = wire.single_key(), self.thunk(wire)
+        if declared.own_bounds != (None, None):
+            thunk = bounded(thunk, bounds_check(declared.name, declared.type, *declared.own_bounds))
+        elif key is not None:
             return self.cell(key)
-        return Computed(f"{path}/{declared.name}", self.thunk(wire), error)
+        return Computed(f"{path}/{declared.name}", thunk, error)
+
+
+def _cell_of(declared: Declared, name: str) -> Cell:
+    """Return the cell of a declared name, which takes no value outside the bounds that the file gives it."""
+    if declared.own_bounds == (None, None):
+        return Cell(name)
+    return BoundedCell(name, bounds_check(f"${declared.name}", declared.type, *declared.own_bounds))

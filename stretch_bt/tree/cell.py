@@ -8,7 +8,7 @@ from typing import Any
 from stretch_bt.errors import Absent, UnsetKey
 from stretch_bt.units import Estimate
 
-__all__ = ["DEFAULT", "MISSING", "Cell"]
+__all__ = ["DEFAULT", "MISSING", "BoundedCell", "Cell"]
 
 
 class _Missing:
@@ -99,3 +99,18 @@ class Cell:
         self.value, self.sd, self.writer = MISSING, None, writer
         if self.listener is not None:
             self.listener(self)
+
+
+class BoundedCell(Cell):
+    """The cell of a name that is declared with bounds: `check` raises NoAnswer for a value outside them, which is not written."""
+
+    __slots__ = ("check",)
+
+    def __init__(self, name: str, check: Callable[[Any], None]) -> None:
+        super().__init__(name)
+        self.check = check
+
+    def write(self, value: Any, writer: str = "") -> None:
+        """Set the value, if it lies within the bounds."""
+        self.check(value)
+        super().write(value, writer)

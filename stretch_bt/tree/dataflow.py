@@ -96,9 +96,14 @@ class DataFlow:
 
 
 def check_flow(
-    signature: Signature, body: Part, extras: Iterable[Part], writers: dict[str, list[tuple[str, Mark]]]
+    signature: Signature,
+    body: Part,
+    extras: Iterable[Part],
+    writers: dict[str, list[tuple[str, Mark]]],
+    *,
+    understood: bool = True,
 ) -> list[Diagnostic]:
-    """Check one tree; `extras` (its `finally`) may run when nothing of the body has."""
+    """Check one tree; `extras` (its `finally`) may run when nothing of the body has. What is not `understood` may read any key."""
     data = DataFlow(signature, body, writers)
     start = (
         frozenset(signature.ins)
@@ -127,7 +132,7 @@ def check_flow(
                     "write it on every way that succeeds, or give it a default",
                 )
             )
-    if not data.diagnostics:
+    if understood and not data.diagnostics:
         data.diagnostics += _unread(signature, writers, data.names)
     return data.diagnostics
 

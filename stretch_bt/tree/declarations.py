@@ -14,7 +14,7 @@ from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
 from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
 from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
 
-__all__ = ["Declarations", "known_keys"]
+__all__ = ["Declarations", "known_keys", "wrong_unit"]
 
 #: what a scene tells of an object beside what nodes measure
 OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
@@ -86,7 +86,8 @@ class Declarations:
         found: Type | None = UNKNOWN
         for type_ in types.values():
             found = found and joined(found, type_)
-        if found and (found is not UNKNOWN or (what != "parameter" and not given)):
+        open_ = what != "parameter" and all(is_none(value) for value in given.values())
+        if found and (found is not UNKNOWN or open_):
             return found
         several = ", ".join(f"{name} is {type_}" for name, type_ in types.items())
         message = f"{what} {key.text!r} has no type" + (f": its {several}" if found is None else "")
@@ -122,6 +123,7 @@ class Declarations:
             given = spec.get("min")
             assert given is not None
             refuse(given.mark, "out-of-bounds", f"{made.name}: min is above max", "swap them")
+        made.own_bounds = (made.min, made.max)
 
     def default(self, made: Declared, spec: Map) -> None:
         """Read `default`."""
@@ -138,13 +140,9 @@ class Declarations:
         value = spec.get("unit")
         if value is None or made.type is ANY:
             return
-        text = value.text if isinstance(value, Scalar) else "this"
-        with suppress(InvalidInput):
-            if made.type.kind is not None and parse_unit(text)[1] == made.type.dimension:
-                made.unit = text
-                return
-        hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
-        refuse(value.mark, "unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
+        made.unit, made.unit_mark = value.text if isinstance(value, Scalar) else "this", value.mark
+        if made.type is not UNKNOWN and (wrong := wrong_unit(made)) is not None:
+            raise Refused(wrong)
 
     def scene(self, made: Declared, spec: Map) -> None:
         """Read whether the scene alone knows an output."""
@@ -171,6 +169,18 @@ class Declarations:
                 f"{made.name!r} has a default, and the scene alone gives it a value",
                 "remove one of them",
             )
+
+
+def wrong_unit(made: Declared) -> Diagnostic | None:
+    """Return what is wrong with the unit in which a name of known type is to be shown, and forget it; None where it fits."""
+    if made.unit is None or made.unit_mark is None or made.type in (ANY, UNKNOWN):
+        return None
+    with suppress(InvalidInput):
+        if made.type.kind is not None and parse_unit(made.unit)[1] == made.type.dimension:
+            return None
+    text, made.unit = made.unit, None
+    hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
+    return made.unit_mark.error("unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
 
 
 def _meant_as_default(value: Scalar) -> str:

@@ -36,8 +36,11 @@ class Declared:
     default: Any = None
     has_default: bool = False
     unit: str | None = None
+    unit_mark: Mark | None = None
     min: float | None = None
     max: float | None = None
+    #: bounds that the file itself gives it, beside those of the ports that an input reaches
+    own_bounds: tuple[float | None, float | None] = (None, None)
     doc: str = ""
     scene: bool = False
     doubtful: bool = False  # whether what is declared is wrong, which was noted

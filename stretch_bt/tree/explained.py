@@ -14,6 +14,10 @@ from stretch_bt.units import format_quantity
 __all__ = ["Explained"]
 
 
+#: entries of a list that are written out
+_MOST = 20
+
+
 class Explained:
     """Reads each name once and notes its value: a second reading of a device may differ from the one that decided."""
 
@@ -51,4 +55,7 @@ class Explained:
 
 
 def _show(value: Any, type_: Type) -> str:
+    if type_.item is not None and isinstance(value, list | tuple):
+        more = ", ..." if len(value) > _MOST else ""
+        return f"[{', '.join(_show(item, type_.item) for item in value[:_MOST])}{more}]"
     return format_quantity(value, type_.dimension) if type_.is_number else str(value)

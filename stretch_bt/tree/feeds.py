@@ -7,12 +7,11 @@ from typing import Any
 
 from stretch_bt.errors import Absent, NoAnswer, NodeError, StretchError, UnsetKey
 from stretch_bt.tree.cell import MISSING, Cell
-from stretch_bt.tree.port import Port
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate
 
-__all__ = ["Computed", "bounded", "carried", "constant", "error_of_field", "present", "relay", "tee"]
+__all__ = ["Computed", "bounded", "bounds_check", "carried", "constant", "error_of_field", "present", "relay", "tee"]
 
 
 class Computed(Cell):
@@ -51,8 +50,8 @@ def tee(target: Cell, target_sd: Cell) -> Cell:
     return made
 
 
-def relay(name: str, outer: Cell) -> Cell:
-    """Return an output of a called tree that has a default, which the caller's key is not to have before the call succeeds."""
+def relay(name: str, outer: Cell, inner: Cell | None = None) -> Cell:
+    """Return a cell whose values go on to another: an output of a called tree that has a default or bounds, or a node's to a key with bounds."""
 
     def pass_on(cell: Cell) -> None:
         if cell.value is MISSING:
@@ -60,7 +59,7 @@ def relay(name: str, outer: Cell) -> Cell:
         else:
             outer.write(cell.held(), cell.writer)
 
-    made = Cell(name)
+    made = inner or Cell(name)
     made.listener = pass_on
     return made
 
@@ -109,15 +108,23 @@ def error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
     return value if isinstance(value, float) else None
 
 
-def bounded(thunk: Callable[[], Any], declared: Port, type_: Type) -> Callable[[], Any]:
-    """Hold what is not known at load against the bounds of its port; the node fails when it is outside."""
-    low, high = declared.min, declared.max
+def bounded(thunk: Callable[[], Any], check: Callable[[Any], None]) -> Callable[[], Any]:
+    """Hold what is not known at load against bounds; what reads it fails where it is outside."""
 
     def read() -> Any:
         value = thunk()
-        for number in value if isinstance(value, list) else (value,):
-            if number is not None and not within(number, low, high):
-                raise NoAnswer(f"{declared.name}: {outside(number, type_.item or type_, low, high)}")
+        check(value)
         return value
 
     return read
+
+
+def bounds_check(name: str, type_: Type, low: float | None, high: float | None) -> Callable[[Any], None]:
+    """Return what raises NoAnswer for a number, or an item of a list, outside the bounds of a port or of a declared name."""
+
+    def check(value: Any) -> None:
+        for number in value if isinstance(value, list) else (value,):
+            if number is not None and not within(number, low, high):
+                raise NoAnswer(f"{name}: {outside(number, type_.item or type_, low, high)}")
+
+    return check

@@ -15,7 +15,7 @@ from functools import partial
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing, walk
 from stretch_bt.tree import registry
-from stretch_bt.tree.declarations import Declarations
+from stretch_bt.tree.declarations import Declarations, wrong_unit
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import FUNCTIONS, ExpressionError, names, parse, typecheck
 from stretch_bt.tree.expression.typecheck import Origin, Unresolved
@@ -23,7 +23,7 @@ from stretch_bt.tree.places import Place, places
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.scope import TreeScope
-from stretch_bt.tree.types import ANY, INT, UNKNOWN, Type, joined, list_of
+from stretch_bt.tree.types import ANY, INT, NONE, UNKNOWN, Type, joined, list_of
 from stretch_bt.tree.values import is_none, literal_type, reads_as_expression
 
 __all__ = ["is_construct", "settle_types"]
@@ -113,6 +113,7 @@ class _Keys:
             if target is not None:
                 self.found += settle_types(target)
         self.inputs()
+        self.lone_deviations()
         self.signature.read = self.names_read()
         self.writers = [*self.explicit(), *self.left_out()]
         self.keys(self.writers)
@@ -120,9 +121,17 @@ class _Keys:
             declared = self.signature.declared(name)
             assert declared is not None
             if declared.type is UNKNOWN:
-                declared.type = ANY
+                declared.type = NONE if self.is_never_there(declared) else ANY
                 self.note_untyped(declared)
+            if (wrong := wrong_unit(declared)) is not None:
+                self.found.append(wrong)
         return self.found
+
+    def is_never_there(self, declared: Declared) -> bool:
+        """Whether a key holds `none` alone: by its default, and by whatever writes it."""
+        writers = [writer for writer in self.writers if writer.key == declared.name]
+        nothing = all(w.value is not None and is_none(w.value) and not (w.item or w.each) for w in writers)
+        return nothing and (bool(writers) or (declared.has_default and declared.default is None))
 
     def note_untyped(self, declared: Declared) -> None:
         """Note a key that is written from itself, or in a circle; where its values are wrong, that is noted at their places."""
@@ -241,6 +250,18 @@ class _Keys:
                 for key, value in collect if isinstance(collect, Map) else ():
                     yield _Writer(key.text.removeprefix("$"), key.mark, value=value, each=True)
 
+    def lone_deviations(self) -> None:
+        """Note each `x_sd` that is set alone where another `set` gives it beside `x`, whose deviation it would take from it as a key."""
+        tables = [place.given for place in self.places if place.word.text == "set"]
+        written = [{key.text.removeprefix("$"): key.mark for key, _ in table} for table in tables]
+        beside = {name: keys[name] for keys in written for name in keys if name.endswith("_sd") and name[:-3] in keys}
+        for name, first in beside.items():
+            for keys in written if self.signature.declared(name) is None else ():
+                if name in keys and name[:-3] not in keys:
+                    message = f"${name} is set alone, and beside ${name[:-3]} on line {first.line}, where it is the deviation of that"
+                    hint = f"set both, as in 'set: {{{name[:-3]}: {name[:-3]}, {name}: ...}}'"
+                    self.found.append(keys[name].error("key-duplicate", message, hint))
+
     def of_set(self, given: Map) -> Iterator[_Writer]:
         for key, value in given:
             name = key.text.removeprefix("$")
@@ -345,13 +366,20 @@ class _Keys:
         return list_of(found) if writer.each else found
 
     def type_of_value(self, value: Value) -> Type | None:
-        if not isinstance(value, Scalar) or not reads_as_expression(value):
+        if not isinstance(value, Scalar):
+            return literal_type(value, self.type_of_item)
+        if not reads_as_expression(value):
             return literal_type(value)
         try:
             found = typecheck(parse(value.text), self.scope)
         except ExpressionError:
             return None
         return None if found is ANY else found
+
+
+    def type_of_item(self, value: Scalar) -> Type | None:
+        """Return the type of an item of a list that is the name of a param, None of any other: a bare word is text."""
+        return self.type_of_value(value) if value.text.startswith("$") and reads_as_expression(value) else None
 
 
 def _needed(written_over: bool, reached: list[_Port]) -> bool:

@@ -227,9 +227,11 @@ class _Checker:
             self.found.append(mark.warning("main-missing", message, "call the tree to run 'main'"))
 
     def check_flows(self) -> None:
+        wrong = {d.file for d in self.found if d.severity == "error"}
         for body in self.program.bodies.values():
             extras = [body.finish] if body.finish else []
-            self.found += check_flow(body.signature, body.part, extras, body.writers)
+            understood = body.signature.document.file not in wrong
+            self.found += check_flow(body.signature, body.part, extras, body.writers, understood=understood)
             self.found += (*lost_errors(body), *shared_records(body))
 
     def check_params(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
@@ -64,14 +65,16 @@ def is_none(value: Value) -> bool:
     return isinstance(value, Scalar) and value.text == "none" and not value.quoted
 
 
-def literal_type(value: Value) -> Type:
-    """Return the type that a literal has by itself: `10 mm` a Length, `3` an int, `[1, 2]` a list of ints."""
+def literal_type(value: Value, of: Callable[[Scalar], Type | None] = lambda _: None) -> Type:
+    """Return the type that a literal has by itself: `10 mm` a Length, `3` an int, `[1, 2]` a list of ints.
+
+    The items of a list that do not go together take that of the first quantity among them, or else number, so that the others are
+    refused at their places. `of` gives the type of a scalar that is no literal, and None of any other.
+    """
     if isinstance(value, Seq):
-        items = [literal_type(item) for item in value.items]
-        found: Type | None = items[0] if items else UNKNOWN
-        for item in items[1:]:
-            found = found and joined(found, item)
-        return list_of(found or UNKNOWN)
+        return list_of(_shared([literal_type(item, of) for item in value.items]))
+    if isinstance(value, Scalar) and (found := of(value)) is not None:
+        return found
     if not isinstance(value, Scalar) or value.value is None:
         return UNKNOWN
     plain = {bool: BOOL, int: INT, float: FLOAT}.get(type(value.value))
@@ -82,6 +85,14 @@ def literal_type(value: Value) -> Type:
         return quantity(parse_unit(not_finite[1])[1] if not_finite else parse_quantity(value.text)[1])
     except InvalidInput:
         return STR
+
+
+def _shared(types: list[Type]) -> Type:
+    found: Type | None = types[0] if types else UNKNOWN
+    for type_ in types[1:]:
+        found = found and joined(found, type_)
+    likely = sorted(types, key=lambda t: (t.family is not Family.QUANTITY, not t.is_number))
+    return found or likely[0]
 
 
 def literal(value: Value, type_: Type, what: str) -> Any:
@@ -220,10 +231,12 @@ def within(value: float, low: float | None, high: float | None) -> bool:
 
 
 def outside(value: float, type_: Type, low: float | None, high: float | None) -> str:
-    """Return what is said of a number that is out of its bounds: `50 mm is outside 0 mm to 30 mm`."""
+    """Return what is said of a number that is out of its bounds: `50 mm is outside 0 mm to 30 mm`, or `-1 s is below 0 s`."""
     digits = _digits(value, _nearest(value, low, high), type_)
-    ends = " to ".join("..." if end is None else _show(end, type_, digits) for end in (low, high))
-    return f"{_show(value, type_, digits)} is outside {ends}"
+    given = _show(value, type_, digits)
+    if low is not None and high is not None:
+        return f"{given} is outside {_show(low, type_, digits)} to {_show(high, type_, digits)}"
+    return f"{given} is {'above' if low is None else 'below'} {_show(_nearest(value, low, high), type_, digits)}"
 
 
 def _nearest(value: float, low: float | None, high: float | None) -> float:

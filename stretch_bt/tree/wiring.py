@@ -17,7 +17,7 @@ from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.scope import TreeScope
-from stretch_bt.tree.types import Family, Type
+from stretch_bt.tree.types import NONE, Family, Type
 from stretch_bt.tree.values import (
     Refused,
     braces,
@@ -255,7 +255,7 @@ class Wiring:
             hint = self.literal_meant(value, type_, error)
             self.error(_inside(value, error.offset, error.length), error.code, error.message, hint)
             return None
-        if not type_.accepts(given) and not _is_option(found, type_):
+        if not (type_.accepts(given) or given is NONE or _is_option(found, type_)):
             self.mismatch(value, found, given, type_, what)
             return None
         return self.wire(value, found)

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.common import Status
 
+from stretch_bt import run
 from stretch_bt.errors import InvalidInput, MocksError
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.perception import Sphere
@@ -266,6 +267,15 @@ def test_mocks_that_never_end_are_ended(mocked: Any) -> None:
     found = mocked("match: main/until/look, status: running", expect="ticks_max: 20")
     assert found.status == "FAILURE"
     assert "no end after 200 ticks" in found.reason
+
+
+def test_a_start_that_is_to_run_on_does_so_until_it_is_stopped(tmp_path: Path) -> None:
+    """It ran for one tick, though a list has one status for each start."""
+    body = "retry: {attempts: 2, do: {timeout: 1 s, wait: {duration: 9 s}}}"
+    (tmp_path / "tree.yaml").write_text(f"format: stretch-tree/1\ntrees: {{main: {{{body}}}}}\n")
+    mocks = {"mocks": [{"match": "**/wait", "status": ["running", "success"]}]}
+    found = run(tmp_path / "tree.yaml", mocks=mocks, record="none")
+    assert (found.status, found.ticks) == ("SUCCESS", 22)
 
 
 def test_what_a_mock_writes_passes_a_node_that_hands_it_on() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stretch_bt import Status
+from stretch_bt import Status, run
 from stretch_bt.errors import DeviceLost, InvalidInput, NotReady
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.units import Estimate
@@ -217,3 +217,11 @@ def test_the_blackboard_is_as_before_once_the_task_has_ended(tick_task, end):
         assert (dict(Blackboard.storage), dict(Blackboard.clients), set(Blackboard.metadata)) == before
     finally:
         Blackboard.clear()
+
+
+def test_a_device_of_another_kind_is_refused(tmp_path, scripted_device):
+    """It was commanded as if it were an arm: `retract` moved the gripper, with SUCCESS."""
+    path = tmp_path / "tree.yaml"
+    path.write_text("format: stretch-tree/1\ndevices: {arm: Arm}\ntrees: {main: {retract: {clearance: 10 mm}}}\n")
+    with pytest.raises(InvalidInput, match="'arm', a device of kind Arm, and was given one of kind Gripper; give each"):
+        run(path, devices={"arm": scripted_device("Gripper")}, record="none")

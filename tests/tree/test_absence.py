@@ -266,3 +266,30 @@ def test_a_param_that_may_be_none_can_be_set_to_it(run: Any) -> None:
         "SUCCESS",
         "FAILURE",
     ]
+
+
+#: what a body leaves the bounds of: the keys that main declares, its body, what is said
+LEAVING = [
+    ("{x: {default: 2 mm, max: 5 mm}}", "repeat: {times: 5, do: {set: {x: x + 1 mm}}}", "$x: 6 mm is above 5 mm"),
+    ("{i: {type: int, max: 2}}", "for_each: {items: [1, 3], as: $i, do: [check: i > 0]}", "$i: 3 is above 2"),
+    ("{length: {type: Length, min: 5 mm}}", "perhaps: {length: $length}", "$length: 2 mm is below 5 mm"),
+    (
+        "{xs: {type: 'list[int]', max: 1}}",
+        "for_each: {items: [1, 2], as: $n, do: [set: {i: n}], collect: {xs: $i}}",
+        "$xs: 2 is above 1",
+    ),
+    ("{e: {default: 4 mm}}", "sequence: [set: {e: 2 * e}, into: {d: $e}]", "d: 8 mm is above 5 mm"),
+    ("{e: {default: 4 mm}}", "sequence: [out_of: {e: $e, y: $f}, check: f > 0 mm]", "$y: 8 mm is above 5 mm"),
+]
+BOUNDED = {
+    "into": "into: {in: {d: {type: Length, max: 5 mm}}, check: d > 1 mm}",
+    "out_of": "out_of: {in: {e: Length}, out: {y: {type: Length, max: 5 mm}}, set: {y: 2 * e}}",
+}
+
+
+@pytest.mark.parametrize(("keys", "body", "said"), LEAVING)
+def test_the_bounds_of_a_name_hold_in_the_run(nodes: Any, keys: str, body: str, said: str) -> None:
+    """They held for literals alone."""
+    trees = "\n".join(text for name, text in BOUNDED.items() if f"{name}:" in body)
+    outcome = nodes.run(f"keys: {keys}\n{body}", trees=trees)
+    assert (outcome.status, said in outcome.reason) == ("FAILURE", True), outcome.reason

@@ -167,7 +167,7 @@ WRONG_PORTS = [
     (In[Length], None, "not None"),
     (In[Length], float("nan"), "not nan"),
     (In[Length], float("inf"), "not inf"),
-    (In[Length], port(0.5, max=0.1), "500 mm is outside ... to 100 mm"),
+    (In[Length], port(0.5, max=0.1), "500 mm is above 100 mm"),
     (In[int], 1.5, "an int, not 1.5"),
     (In[Literal["a", "b"]], "c", "one of a, b, not 'c'"),
     (In[Length], port(min=0.2, max=0.1), "its bounds are 0.2 and 0.1"),

@@ -243,3 +243,8 @@ def why_failed(node: Any) -> str:
     """Return the path and the reason of what made a node fail."""
     at = failed_at(node)
     return f"{at.path}: {at.feedback_message or 'failed'}"
+
+
+def failed_pass(number: int, node: Any) -> str:
+    """Return in which pass of a loop, counted from 0, a node failed, and why."""
+    return f"pass {number + 1} failed at {why_failed(node)}"

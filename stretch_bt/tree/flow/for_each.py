@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.cell import Cell
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, failed_pass
 from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import list_of
@@ -101,7 +101,7 @@ class ForEachNode(FlowNode):
         super().__init__(path, child)
         self.items = items
         self.key = key
-        self.passes = passes
+        self.keys = passes
         self.count = 0
         self.remaining: list[Any] = []
 
@@ -109,18 +109,20 @@ class ForEachNode(FlowNode):
         """Take the list as it is now."""
         self.remaining = list(self.items())
         self.count = len(self.remaining)
-        self.passes.begin()
+        self.keys.begin()
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body for the next item."""
         if not self.remaining:
             return Status.SUCCESS
         if self.child.status is not Status.RUNNING:
-            self.passes.start(self.count - len(self.remaining))
+            self.keys.start(self.count - len(self.remaining))
             self.key.write(self.remaining[0], self.path)
         yield from self.child.tick()
         if self.child.status is Status.SUCCESS:
             self.remaining.pop(0)
-            self.passes.end()
+            self.keys.end()
             return Status.RUNNING if self.remaining else Status.SUCCESS
+        if self.child.status is Status.FAILURE:
+            self.feedback_message = failed_pass(self.count - len(self.remaining), self.child)
         return self.child.status

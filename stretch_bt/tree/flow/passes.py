@@ -113,6 +113,7 @@ class PassKeys:
         self, path: str, index: Cell | None, pairs: list[tuple[Cell, Cell]], own: list[tuple[Cell, Any]]
     ) -> None:
         self.path, self.index, self.pairs, self.own = path, index, pairs, own
+        self.begun = 0  # passes, of all that the loop ever started
 
     def begin(self) -> None:
         """Start the loop: its own keys are fresh, its lists empty."""
@@ -123,6 +124,7 @@ class PassKeys:
 
     def start(self, number: int) -> None:
         """Start a pass, counted from 0."""
+        self.begun += 1
         if self.index is not None:
             self.index.write(number, self.path)
         for _, source in self.pairs:

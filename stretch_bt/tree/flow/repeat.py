@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, failed_pass, why_failed
 from stretch_bt.tree.flow.count import counted, read_count, runs_surely
 from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
@@ -144,6 +144,8 @@ class CountedNode(FlowNode):
         yield from self.child.tick()
         status = self.child.status
         if status is not self.again:
+            if status is Status.FAILURE:
+                self.feedback_message = failed_pass(self.passes, self.child)
             return status
         self.passes += 1
         self.keys.end()

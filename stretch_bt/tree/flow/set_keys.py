@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
@@ -54,10 +54,13 @@ class SetKeys(Part):
             declared = reader.signature.declared(name) if name else None
             if name is None or declared is None:
                 continue
+            found.marks[name] = key.mark  # also where its value is wrong: what is noted there is enough
+            if is_nothing(given):
+                reader.error(key.mark, "value-missing", f"'set' gives ${name} no value", f"write '{key.text}: ...', or 'none'")
+                continue
             wire = reader.set_value(given, declared, key.text)
             if wire is not None:
                 found.wires[name] = wire
-                found.marks[name] = key.mark
         return found
 
     def _read_sd(self, reader: Reader, whole: Map, key: Scalar, given: Value) -> bool:
@@ -88,8 +91,12 @@ class SetKeys(Part):
             data.read([wire], known, beside=self.wires.keys() - {key})
         # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
         worked_out = [w for w in self.wires.values() if w.readings or not isinstance(w.expression, Name)]
-        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values()))
-        return Flow(known | set(self.wires), known if fails else None)
+        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values())) or self._may_leave_bounds(data)
+        return Flow(known | set(self.marks), known if fails else None)
+
+    def _may_leave_bounds(self, data: DataFlow) -> bool:
+        named = ((data.signature.declared(key), wire) for key, wire in self.wires.items() if not wire.is_constant)
+        return any(declared is not None and declared.own_bounds != (None, None) for declared, _ in named)
 
     def absent(self, known: Container[str]) -> set[str]:
         """Return the keys that it may leave without a value."""

@@ -355,7 +355,35 @@ REASONS = {
     "timeout: {after: 100 ms, do: {step: {script: R}}}": "out of time while main/timeout/step was running",
     "retry: {attempts: 2, do: {step: {script: F}}}": "2 attempts failed",
     "until: {that: n > 3, max: 2, do: {step: {}}}": "still does not hold after 2 passes",
+    "sequence: [set: {xs: [1 mm, 2 mm]}, check: sum(xs) > 1 m]": "does not hold: xs = [1 mm, 2 mm]",
+    "for_each: {items: [1, 2, 3], as: $i, do: {check: i < 2}}": "pass 2 failed at main/check: 'i < 2' does not hold: i = 2",
+    "repeat: {times: 3, do: [set: {n: n + 1}, check: n < 3]}": "pass 3 failed at main/repeat/check: 'n < 3'",
 }
+
+
+def logged(task: Any) -> list[str]:
+    return [text for _, path, status, text in task.events.statuses if path.endswith(":log") and status == "SUCCESS"]
+
+
+def test_what_ends_in_the_tick_in_which_it_starts_is_told_in_each_pass(task: Any) -> None:
+    """In the second pass a `set` or `check` was told of no more, and its `log` was lost."""
+    body = """
+for_each:
+  items: [1, 2, 3]
+  as: $i
+  do:
+    - {set: {n: n + i}, log: n is $n}
+    - {force_success: {check: {that: n > 2, else: n is $n}}, log: asked}
+"""
+    outcome = task.run(body, "keys: {n: {type: int, default: 0}}")
+    assert outcome.status == "SUCCESS"
+    assert logged(task) == ["n is 1", "asked", "n is 3", "asked", "n is 6", "asked"]
+
+
+def test_a_condition_that_is_asked_at_each_tick_is_told_once(task: Any) -> None:
+    body = "repeat: {times: 2, do: {reactive_sequence: [{check: n == 0, log: asked}, step: {script: RRS}]}}"
+    task.run(body, "keys: {n: {type: int, default: 0}}")
+    assert logged(task) == ["asked", "asked"]
 
 
 @pytest.mark.parametrize("body", REASONS)
