@@ -24,6 +24,7 @@ from wired_servers import Servers
 
 from stretch_bt import run
 from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.replay import replay
 
 LAB = {"arm": {"watchdog": "2.5 Hz", "lost_after": "400 ms"}, "gripper": {}, "force_sensor": {}}
 #: where faults are not the camera's it is asked directly, which is quicker
@@ -187,6 +188,8 @@ def problems(result, record, servers, which):
         yield f"the record has {sorted(found)}"
     elif json.loads((record / "result.json").read_text())["status"] != result.status:
         yield "the record does not tell how the run ended"
+    elif (again := replay(record).first_difference) is not None:
+        yield f"its replay differs: {again}"
     state = eventually(lambda: not (now := servers.ask(do="state"))["ur"]["moving"] and now)
     if not state:
         yield "the arm goes on"

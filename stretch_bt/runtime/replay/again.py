@@ -239,7 +239,7 @@ def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
 
 def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) -> ReplayResult:
     decisions = sum(event["type"] in DECISIONS for event in recorded.events)
-    before, after = ([e for e in r.events if e["type"] != LATE] for r in (recorded, replayed))
+    before, after = (list(_decided(r.events)) for r in (recorded, replayed))
     if not recorded.complete:
         after = after[: len(before)]
     found = compare(before, after)
@@ -255,6 +255,15 @@ def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) 
         damage=None if recorded.damage is None else str(recorded.damage),
         others=others,
     )
+
+
+def _decided(events: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the events that a replay repeats: not that a tick was late, nor faults as devices are stopped and closed at the end."""
+    stopped = False
+    for event in events:
+        stopped = stopped or event["type"] == "stop"
+        if event["type"] != LATE and not (stopped and event["type"] in ("fault", "stop_error")):
+            yield event
 
 
 def _difference(old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, NoAnswer
+from stretch_bt.errors import DeviceFault, LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.asked import check_asked
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
@@ -36,6 +38,7 @@ class _ReplayedMotion:
         if not self.ended:
             self.ended = True
             self.device.journal.command(self.device.name, "stop", {}, self.owner)
+            self.device.raise_due()
 
 
 class _ReplayedDevice:
@@ -53,12 +56,25 @@ class _ReplayedDevice:
         try:
             return self.log.next(self.name, kind, name)
         except DeviceFault as fault:
-            self.faulty = True
-            self.journal.fault(self.name, fault)
+            self.suffer(fault, halted=kind == "motion" and isinstance(fault, LimitExceeded | StaleReading))
             raise
         except NoAnswer as none:
             self.journal.unanswered(self.name, none)
             raise
+
+    def suffer(self, fault: DeviceFault, *, halted: bool = False) -> None:
+        """Note a fault; one that the cell found while it looked at a motion had `halted` it."""
+        self.faulty = True
+        self.journal.fault(self.name, fault)
+        if halted:
+            self.stop()
+
+    def raise_due(self) -> None:
+        """Raise the fault that the record has next, if it has one."""
+        if self.log.due_fault(self.name) is not None:
+            fault = self.log.take_fault(self.name)
+            self.suffer(fault)
+            raise fault
 
     def read(self, name: str) -> Reading[Any]:
         """Return the next recorded reading."""
@@ -68,14 +84,18 @@ class _ReplayedDevice:
 
     def command(self, name: str, arguments: Mapping[str, Any], owner: str) -> Motion:
         """Note a command and return its motion, or raise the fault with which it was refused."""
-        fault = self.log.refused(self.name, owner)
-        if fault is not None:
-            self.journal.fault(self.name, fault)
-            raise fault
+        if self.log.due_fault(self.name) is not None and not self.log.commanded(self.name, owner):
+            refused = self.log.take_fault(self.name)
+            self.journal.fault(self.name, refused)
+            raise refused
         check_owner(self.name, owner)
         check_asked(self.name, arguments)
         self.stop()
         self.journal.command(self.name, name, arguments, owner)
+        fault = self.log.due_fault(self.name)
+        # a motion that began and was lost is told to stop; one that the device did not take is none
+        if fault is not None and not isinstance(fault, LimitExceeded) and not self.log.commanded(self.name, owner, "stop"):
+            self.raise_due()
         self.current = _ReplayedMotion(self, owner)
         return self.current
 
@@ -104,7 +124,12 @@ class _ReplayedArm(_ReplayedDevice):
         return self.read("pose")
 
     def wrench(self, max_age: float) -> Reading[Wrench]:
-        return self.read("wrench")
+        reading: Reading[Wrench] = self.read("wrench")
+        fault = self.log.due_fault(self.name)
+        if isinstance(fault, LimitExceeded) and _is_of(fault, reading.value):
+            self.suffer(self.log.take_fault(self.name), halted=True)
+            raise fault
+        return reading
 
     def force_noise(self) -> float:
         item = self.log.peek(self.name)
@@ -159,6 +184,12 @@ for _cls in _REPLAYED.values():
     for _name, _method in vars(_cls).items():
         if callable(_method):  # what Python says of a wrong call reads as in the run
             _method.__qualname__ = f"{_cls.__name__.replace('_Replayed', 'Monitored')}.{_name}"
+
+
+def _is_of(fault: LimitExceeded, wrench: Wrench) -> bool:
+    """Whether a fault tells the force of a reading: the arm that read it was halted by it."""
+    told = re.search(r"force ([-+.\de]+) N", fault.reason)
+    return told is not None and math.isclose(float(told[1]), wrench.magnitude, rel_tol=1e-2)
 
 
 class ReplayedCell:

@@ -23,10 +23,12 @@ class Log(Onlooker):
     def __init__(self, reader: RecordReader) -> None:
         self.reader = reader
         self.queues: dict[str, deque[Any]] = {}
-        self.commands: dict[int, list[tuple[str, str]]] = {}
+        #: device, owner and name of each command, by the tick
+        self.commands: dict[int, list[tuple[str, str, str]]] = {}
         for event in reader.events:
             if event["type"] == "command":
-                self.commands.setdefault(event["tick"], []).append((event["device"], event["owner"]))
+                command = (event["device"], event["owner"], event["name"])
+                self.commands.setdefault(event["tick"], []).append(command)
         self.broken_off = {event["tick"] for event in reader.events if event.get("broken_off") or event.get("cut_off")}
         self.tick = -1
         self.begin_tick(-1, 0.0)
@@ -56,11 +58,18 @@ class Log(Onlooker):
         queue = self.queues.get(device)
         return queue[0] if queue else None
 
-    def refused(self, device: str, owner: str) -> DeviceFault | None:
-        """Return the fault with which the record refused a command, or None when it took it."""
+    def due_fault(self, device: str) -> DeviceFault | None:
+        """Return the fault that is next of what the record handed out of a device, without taking it; None for anything else."""
         item = self.peek(device)
-        taken = (device, owner) in self.commands.get(self.tick, [])
-        if item is None or item.kind != "fault" or taken:
-            return None
+        fault: DeviceFault | None = item.value if item is not None and item.kind == "fault" else None
+        return fault
+
+    def take_fault(self, device: str) -> DeviceFault:
+        """Take that fault."""
         fault: DeviceFault = self.queues[device].popleft().value
         return fault
+
+    def commanded(self, device: str, owner: str, *names: str) -> bool:
+        """Whether an owner gave a device a command in this tick, one of these names where any are given."""
+        told = self.commands.get(self.tick, [])
+        return any((d, o) == (device, owner) and (not names or name in names) for d, o, name in told)

@@ -3,10 +3,15 @@
 import os
 import signal
 import sys
+from typing import Any
 
 import pytest
 
 from stretch_bt.errors import RecordError
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.driver import Poll
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.simulated.arm import SimulatedArm
 from stretch_bt.runtime.replay import replay
 from stretch_bt.runtime.replay.log import Log
 from stretch_bt.runtime.task import run
@@ -64,3 +69,55 @@ def test_a_replay_that_is_interrupted_says_so_and_compares_nothing(tmp_path, mon
         replay(record)
     monkeypatch.undo()
     assert replay(record).identical
+
+
+def lost(*_: object) -> None:
+    raise OSError("the cable is out")
+
+
+def lost_on_its_way(arm: SimulatedArm, path: object, speed: float) -> Poll:
+    begun = arm.cell.now()
+    return lambda: MotionState.MOVING if arm.cell.now() < begun + 0.2 else lost()  # type: ignore[func-returns-value]
+
+
+def faster(arm: SimulatedArm, path: list[Pose], speed: float, follow: Any = SimulatedArm.follow) -> Poll:
+    return follow(arm, path, 40 * speed)
+
+
+def pushed_later(arm: SimulatedArm) -> Reading[Wrench]:
+    now = arm.cell.now()
+    return Reading(Wrench((0.0, 0.0, 0.0 if now < 6.0 else 90.0)), now, now, round(1e3 * now))
+
+
+#: what becomes of an arm that goes up: what its driver does in place of what it is to do
+BROKEN = {
+    "too fast for the cell": {"follow": faster},
+    "lost as it is sent": {"follow": lost},
+    "lost on its way": {"follow": lost_on_its_way},
+    "lost, and not to be stopped": {"follow": lost_on_its_way, "stop": lost},
+    "lost, and not to be stopped or closed": {"follow": lost_on_its_way, "stop": lost, "close": lost},
+    "lost where its force is read": {"wrench": lost},
+    "pushed where it stands": {"wrench": pushed_later},
+}
+GOES_UP = """\
+format: stretch-tree/1
+devices: {arm: Arm}
+scene: water_balloon
+trees:
+  main:
+    sequence: [retract: {clearance: 300 mm, speed: 100 mm/s}, wait: {duration: 3 s}, check: arm.force < 5 N]
+    finally: [retract: {clearance: 10 mm}]
+"""
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_run_that_a_fault_ended_replays_as_the_same(tmp_path, monkeypatch, name):
+    """A motion that the cell had halted was told to stop once more, and faults of stopping and closing were missed."""
+    (tmp_path / "tree.yaml").write_text(GOES_UP)
+    for method, instead in BROKEN[name].items():
+        monkeypatch.setattr(SimulatedArm, method, instead)
+    result = run(tmp_path / "tree.yaml", out=tmp_path / "record")
+    monkeypatch.undo()
+    assert result.status == "FAULT", result.reason
+    found = replay(tmp_path / "record")
+    assert found.identical, found.first_difference
