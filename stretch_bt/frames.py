@@ -80,6 +80,11 @@ class Wrench:
     force: tuple[float, float, float]
     torque: tuple[float, float, float] = field(default_factory=_zeros)
 
+    def __post_init__(self) -> None:
+        for given in (self.force, self.torque):
+            if np.shape(given) != (3,) or not all(math.isfinite(v) for v in given):
+                raise InvalidInput(f"a wrench needs three finite numbers of force and of torque, not {given!r}")
+
     @property
     def magnitude(self) -> Force:
         """Norm of the force, N."""

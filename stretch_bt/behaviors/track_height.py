@@ -43,6 +43,10 @@ class TrackHeight(Behavior):
     def update(self) -> Status:
         """Measure."""
         contact = self.contact
+        # the scene knows the height of the top in the world alone
+        self.untold = (
+            frozenset() if contact is not None and self.frame.hand_height is not None else frozenset({"height"})
+        )
         found = ObservedTop(*_both(self._risen()), 0.0, False) if contact is None else self._top(contact)
         # in a difference of heights it is no error, so that what was observed leaves it out
         level = self.pattern.hang_sd if contact is not None and self.pattern is not None else 0.0

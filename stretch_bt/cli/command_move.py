@@ -84,7 +84,7 @@ def _faulty(name: str, fault: DeviceFault) -> Finding:
     fix = (
         "go less far, or more slowly"
         if isinstance(fault, BeyondLimits)
-        else "see what the fault says, and the page of the device"
+        else "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one"
     )
     return Finding(name, False, fault.reason, fix)
 

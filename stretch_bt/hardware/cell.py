@@ -205,7 +205,7 @@ def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:
 
 def _newest(device: Monitored[Any], what: str, read: Callable[[], Reading[T]]) -> Reading[T]:
     """Read a device for the simulation beside it, past the journal: no node asked. Raises StaleReading."""
-    reading, age = device.fresh(read, MAX_AGE)
+    reading, age = device.fresh(what, read, MAX_AGE)
     if age > MAX_AGE:
         raise StaleReading(
             device.name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"

@@ -6,11 +6,13 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TypeVar
 
-from stretch_bt.errors import NotReady, StretchError, named
+from stretch_bt.blame import place_of
+from stretch_bt.errors import InvalidInput, NotReady, StretchError, named
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
+from stretch_bt.hardware.checked_reading import check_reading
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import (
     ArmDriver,
@@ -26,10 +28,14 @@ from stretch_bt.hardware.interfaces import Reading
 
 __all__ = ["doctor", "halt", "status"]
 
+V = TypeVar("V")
+
 _LOOKING = 1.0
 _PAUSE = 0.002
 #: readings further apart than this, s, are too few for a run
 _SPARSE = 0.25
+#: an older one, s, is none of a device that answers
+_OLD = 1.0
 #: how far a device that stands may seem to go, m; how long one takes to stand, and a run that was stopped to let go of it, s
 _STANDS, _BRAKING, _LETTING_GO = 3e-4, 0.2, 2.0
 _ENDS = "press the emergency stop where it moves; Ctrl-C ends the run that has it"
@@ -111,7 +117,12 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
         finally:
             driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(check, False, _said(error), "see what the fault says, and the page of the device")
+        return Finding(
+            check,
+            False,
+            _said(error),
+            "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one",
+        )
 
 
 def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
@@ -131,7 +142,10 @@ def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
 
 def _said(error: Exception) -> str:
     """Return what an error says; the driver broke that raised one of another package."""
-    return str(error) if isinstance(error, StretchError | OSError) else f"its driver broke ({named(error)})"
+    if isinstance(error, StretchError | OSError) and not isinstance(error, InvalidInput):
+        return str(error)
+    at = place_of(error)
+    return f"its driver broke ({named(error)}){at and f' at {at}'}"
 
 
 def _open_soon(driver: Driver) -> None:
@@ -167,7 +181,12 @@ def _ready(device: DeviceSpec, driver: Driver) -> Finding:
             finally:
                 driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(check, False, _said(error), "see what the fault says, and the page of the device")
+        return Finding(
+            check,
+            False,
+            _said(error),
+            "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one",
+        )
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
 
 
@@ -182,6 +201,9 @@ def _read(driver: Driver, over: float) -> tuple[bool, str]:
         if latest.sequence != first.sequence:
             first, count, longest, seen = latest, count + 1, max(longest, now - seen), now
         time.sleep(_PAUSE)
+    age = driver.cell.now() - latest.host_time
+    if age > _OLD:
+        return False, f"{say(latest.value)}; that was {age:.1f} s ago, and a run takes nothing so old"
     if not over:
         return True, say(latest.value)
     longest = max(longest, time.monotonic() - seen)
@@ -194,15 +216,23 @@ def _reading(driver: Driver) -> tuple[Callable[[], Reading[Any]], Callable[[Any]
     if isinstance(driver, ArmDriver):
         return lambda: _pair(driver), lambda both: f"{_place(both[0])}; {_force(both[1])}"
     if isinstance(driver, GripperDriver):
-        return driver.opening, lambda opening: f"opening {1e3 * opening:.1f} mm"
+        return lambda: _sure(driver, "opening", driver.opening()), lambda opening: f"opening {1e3 * opening:.1f} mm"
     if isinstance(driver, DepthCameraDriver):
-        return driver.frame, lambda frame: f"frames of {frame.raw.shape[1]} x {frame.raw.shape[0]}"
+        return lambda: _sure(
+            driver, "frame", driver.frame()
+        ), lambda frame: f"frames of {frame.raw.shape[1]} x {frame.raw.shape[0]}"
     assert isinstance(driver, ForceSensorDriver)
-    return driver.wrench, _force
+    return lambda: _sure(driver, "wrench", driver.wrench()), _force
+
+
+def _sure(driver: Driver, name: str, reading: Reading[V]) -> Reading[V]:
+    """Return a reading that a run would take, but for its age."""
+    check_reading(name, reading, driver.cell.now())
+    return reading
 
 
 def _pair(driver: ArmDriver) -> Reading[tuple[Pose, Wrench]]:
-    pose, wrench = driver.pose(), driver.wrench()
+    pose, wrench = _sure(driver, "pose", driver.pose()), _sure(driver, "wrench", driver.wrench())
     return Reading((pose.value, wrench.value), pose.device_time, pose.host_time, pose.sequence)
 
 

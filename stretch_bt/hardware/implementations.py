@@ -27,6 +27,7 @@ from stretch_bt.hardware.driver import (
     OperatorDriver,
     Options,
 )
+from stretch_bt.hardware.polled import PolledDriver
 from stretch_bt.hardware.typed_options import options_model
 
 __all__ = [
@@ -181,13 +182,20 @@ def _is_base(cls: type[Driver], own: Sequence[type[Driver]]) -> bool:
     return isabstract(cls) and (ABC in cls.__bases__ or derived)
 
 
+def _unstoppable(cls: type[Driver]) -> list[str]:
+    """Return what a driver lacks that moves something over its wire and could not stop it."""
+    if not (issubclass(cls, PolledDriver) and issubclass(cls, ArmDriver | GripperDriver)):
+        return []
+    return ["halt"] if (cls.halt, cls.stop) == (PolledDriver.halt, PolledDriver.stop) else []
+
+
 def _checked(cls: Any) -> type[Driver]:
     """Return a class that is a whole driver."""
     if not (isinstance(cls, type) and issubclass(cls, Driver) and any(issubclass(cls, b) for b in _BASES.values())):
         bases = ", ".join(base.__name__ for base in _BASES.values())
         what = getattr(cls, "__name__", repr(cls))
         raise Unusable(f"{what} is no driver", f"derive it from one of {bases} of stretch_bt.devices")
-    missing = sorted(getattr(cls, "__abstractmethods__", ()))
+    missing = sorted({*getattr(cls, "__abstractmethods__", ()), *_unstoppable(cls)})
     if missing:
         raise Unusable(f"the driver {cls.__name__} lacks {', '.join(missing)}", "write what is missing")
     if not cls.__doc__:

@@ -122,9 +122,10 @@ def _fields(cls: type[Driver], given: type[Any]) -> dict[str, Any]:
 def _check_default(cls: type[Driver], field: dataclasses.Field[Any], hint: Any) -> None:
     """Refuse a default outside the bounds of its own option: a cell file that leaves it out is not looked at for it."""
     bounds = [given for given in getattr(hint, "__metadata__", ()) if isinstance(given, Within)]
-    for within in bounds if isinstance(field.default, int | float) else ():
+    default: Any = field.default
+    for within in bounds if isinstance(default, int | float) else ():
         try:
-            within.check(field.default)
+            within.check(default)
         except InvalidInput as error:
             raise InvalidInput(f"the default of {field.name!r} in the options of {cls.__name__}: {error}") from None
 

@@ -269,7 +269,9 @@ def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
             interface, device = task.program.document.devices[name].interface, given.devices[name]
             # one that has only what its tree uses is of no kind
             if not is_one(device, interface) and (kind := kind_of(device)) in INTERFACES:
-                what = f"the tree needs {name!r}, a device of kind {interface.__name__}, and was given one of kind {kind}"
+                what = (
+                    f"the tree needs {name!r}, a device of kind {interface.__name__}, and was given one of kind {kind}"
+                )
                 raise InvalidInput(f"{what}; give each device under the name that the tree declares")
         return None if cell is None else cell.spec
     from stretch_bt.runtime.reach import check_devices

@@ -14,6 +14,7 @@ from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.flow.set_keys import Copy, SetKeysNode
+from stretch_bt.tree.port import Port
 from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
@@ -42,7 +43,7 @@ class Truths(Onlooker):
         self.truth = truth
         self.copies = {(node.path, cell): copy for node, cell, copy in _copies(built)}
         wanted = _leading_to(set(self.names), self.copies)
-        self.ports = {(path, cell): truths for path, cell, truths in _ports(built) if cell in wanted}
+        self.ports = {(node.path, cell): (node, port) for node, cell, port in _ports(built) if cell in wanted}
         self.held: dict[str, _Found] = {}
         self.of_scene: dict[str, float] = {}
 
@@ -54,7 +55,7 @@ class Truths(Onlooker):
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
         """Ask for the truth of what a node found, or take over what was known where it came from."""
-        truths, copy = self.ports.get((path, key)), self.copies.get((path, key))
+        truths, copy = self._declared(path, key), self.copies.get((path, key))
         asked = self._asked() if truths or (self.own and key in self.names and value is not None) else {}
         known: Known = {}
         if truths:
@@ -66,6 +67,11 @@ class Truths(Onlooker):
             self.held[key] = _Found(value, known)
         if key in self.names:
             self.of_scene |= {name: asked[name] for name in self.own if name in asked}
+
+    def _declared(self, path: str, key: str) -> Mapping[str, str]:
+        """Return the truths that the port declares which a node has just written, unless it says that they are not of this value."""
+        node, port = self.ports.get((path, key), (None, None))
+        return {} if node is None or port is None or port.name in node.untold else port.truth
 
     def _known(self, key: str) -> Known:
         return self.held[key].known if key in self.held else {}
@@ -92,13 +98,13 @@ def _same(one: Any, other: Any) -> bool:
     return one is other or (isinstance(one, int | float) and isinstance(other, int | float) and one == other)
 
 
-def _ports(built: BuiltTree) -> Iterator[tuple[str, str, Mapping[str, str]]]:
-    """Yield (path, key, truths) of each output of a node that declares truths."""
-    for path, node in built.nodes.items():
+def _ports(built: BuiltTree) -> Iterator[tuple[Behavior, str, Port]]:
+    """Yield each output of a node that declares truths, with its key."""
+    for node in built.nodes.values():
         if isinstance(node, Behavior):
             for name, port in node.ports.items():
                 if port.truth and name in node.sinks:
-                    yield path, node.sinks[name].name, port.truth
+                    yield node, node.sinks[name].name, port
 
 
 def _copies(built: BuiltTree) -> Iterator[tuple[SetKeysNode, str, Copy]]:

@@ -26,7 +26,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.source.bounds import MAX_ARRAYS, hold, open_file
 from stretch_bt.source.suggest import did_you_mean
 
-__all__ = ["array_names", "check_arrays", "load_array", "load_arrays"]
+__all__ = ["array_names", "check_arrays", "load_array", "load_arrays", "unread_array"]
 
 Array = npt.NDArray[Any]
 
@@ -78,6 +78,13 @@ def array_names(path: Path) -> list[str]:
     """Return the names of the arrays in an npz file; raises OSError or InvalidInput."""
     with _opened(path) as archive:
         return list(_entries(archive))
+
+
+def unread_array(path: Path, name: str) -> Array:
+    """Return an array of zeros, which takes no memory, of the shape and type of one of an npz file; raises as `load_arrays` does."""
+    with _opened(path) as archive, archive.open(_checked(path, archive, [name])[name]) as stream:
+        shape, dtype, _ = _header(stream)
+        return np.broadcast_to(np.zeros((), dtype), shape)
 
 
 def load_array(path: Path, most: int = MAX_ARRAYS) -> Array:
@@ -148,7 +155,14 @@ def _read(stream: IO[bytes]) -> Array:
 
 
 def _size(stream: IO[bytes]) -> int:
-    """Return how many bytes an array has with its header, by that header; raises ValueError where it is none, or of objects."""
+    """Return how many bytes an array has with its header; raises ValueError where it is none, or of objects."""
+    shape, dtype, begin = _header(stream)
+    content: int = math.prod(shape) * dtype.itemsize
+    return begin + content
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+    """Return shape and type of an array, and where it begins; raises ValueError where it is none, or of objects."""
     version = npy.read_magic(stream)
     if version not in _HEADERS:
         raise ValueError(f"its version {version} is not read; write it with numpy.save")
@@ -162,9 +176,7 @@ def _size(stream: IO[bytes]) -> int:
         raise ValueError(f"it holds {dtype}, not numbers")
     if any(side < 0 for side in shape):
         raise ValueError(f"its shape is {shape}")
-    content: int = math.prod(shape) * dtype.itemsize
-    begin: int = npy.MAGIC_LEN + len(start) + length
-    return begin + content
+    return shape, dtype, npy.MAGIC_LEN + len(start) + length
 
 
 def _exactly(stream: IO[bytes], count: int) -> bytes:

@@ -19,7 +19,17 @@ from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.expression import bind
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
-from stretch_bt.tree.feeds import Computed, bounded, bounds_check, carried, constant, error_of_field, present, relay, tee
+from stretch_bt.tree.feeds import (
+    Computed,
+    bounded,
+    bounds_check,
+    carried,
+    constant,
+    error_of_field,
+    present,
+    relay,
+    tee,
+)
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
@@ -339,12 +349,12 @@ class Builder:
         defaults = [(cell, d.default) for cell, d in shared if d.has_default and not d.may_be_absent]
         relays = []
         for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
-            outer = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+            outer_key = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
             if declared.has_default or declared.own_bounds != (None, None):
-                inner = relay(outer.name, outer, _cell_of(declared, f"{path}/{declared.name}"))
+                inner = relay(outer_key.name, outer_key, _cell_of(declared, f"{path}/{declared.name}"))
                 frame.cells[declared.name] = inner
             if declared.has_default:
-                relays.append((inner, outer, declared.default))
+                relays.append((inner, outer_key, declared.default))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
         outer, self.frame = self.frame, frame
         try:

@@ -376,7 +376,6 @@ class _Keys:
             return None
         return None if found is ANY else found
 
-
     def type_of_item(self, value: Scalar) -> Type | None:
         """Return the type of an item of a list that is the name of a param, None of any other: a bare word is text."""
         return self.type_of_value(value) if value.text.startswith("$") and reads_as_expression(value) else None

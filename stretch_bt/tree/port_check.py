@@ -117,7 +117,8 @@ def _checks_of(cls: type) -> tuple[tuple[str, PortCheck], ...]:
 
 def _with_right_fields(value: Any) -> Any:
     """Return a record, or whatever else it is; raises InvalidInput for a field that no output could be."""
-    for name, check in _checks_of(type(value)):
+    cls: type = type(value)
+    for name, check in _checks_of(cls):
         try:
             check.judge(getattr(value, name))
         except InvalidInput as error:

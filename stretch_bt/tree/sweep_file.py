@@ -187,7 +187,9 @@ def _twice(found: SweepFile) -> list[Diagnostic]:
         for value in values:
             text, meant = written(value), _in_si(written(value))
             if meant in seen:
-                twice = f"{text!r} twice" if seen[meant] == text else f"{seen[meant]!r} and {text!r}, which are the same"
+                twice = (
+                    f"{text!r} twice" if seen[meant] == text else f"{seen[meant]!r} and {text!r}, which are the same"
+                )
                 wrong.append(value.mark.error("value", f"{name} has {twice}", "write each value once"))
             seen.setdefault(meant, text)
     return wrong

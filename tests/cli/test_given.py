@@ -97,7 +97,10 @@ def test_the_json_of_what_is_refused_says_why(cli, tmp_path, monkeypatch, words,
     [
         (("show", "palpate_stiffness", "--out", "folder"), "it is a folder; name a file in it"),
         (("show", "palpate_stiffness", "--out", "file/tree.svg"), "a file is where a folder is wanted"),
-        (("show", "palpate_stiffness", "--out", "there/tree"), "there/tree: No such file or directory; correct the name"),
+        (
+            ("show", "palpate_stiffness", "--out", "there/tree"),
+            "there/tree: No such file or directory; correct the name",
+        ),
         (("show", "palpate_stiffness", "--format", "svg", "--wires"), "--wires belongs to the text form"),
     ],
 )

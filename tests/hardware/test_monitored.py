@@ -11,7 +11,7 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, NoEquilib
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, CellContext, GripperDriver, OperatorDriver
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.interfaces import DeviceState, MotionState, Reading
 from stretch_bt.hardware.journal import Relay
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored.arm import MonitoredArm
@@ -142,7 +142,9 @@ def test_fingers_that_are_nowhere_are_within_no_limit():
     motion = gripper.move(0.07, speed=0.02, owner="a")
     assert motion.poll() is MotionState.MOVING
     driver.knows = False
-    with pytest.raises(DeviceFault, match=r"its driver broke .*reading is nan; where there is none it raises NoAnswer"):
+    with pytest.raises(
+        DeviceFault, match=r"its driver broke .*reading is nan; where there is no opening it raises NoAnswer"
+    ):
         motion.poll()
     with pytest.raises(NotReady, match="in fault"):
         gripper.move(0.06, speed=0.02, owner="a")
@@ -181,3 +183,62 @@ def test_an_owner_that_is_no_path_is_refused_before_anything_is_asked_of_the_dri
         start(found, owner)
     assert journal.names == []
     assert len(idle.method_calls) == before
+
+
+class Elsewhere(Unbalanced):
+    """An arm that says that it is done, and has gone nowhere."""
+
+    def follow(self, path, speed):
+        return lambda: MotionState.DONE
+
+    def wrench(self):
+        return Reading(Wrench((0.0, 0.0, 0.0)), time.monotonic(), time.monotonic(), 1)
+
+
+class Foretold(Numb):
+    """Fingers whose readings come out of the future."""
+
+    def opening(self):
+        later = time.monotonic() + 1e3
+        return Reading(0.06, later, later, 1)
+
+
+class Bare(Unbalanced):
+    """An arm whose force is a number."""
+
+    def wrench(self):
+        return Reading(3.0, time.monotonic(), time.monotonic(), 1)
+
+
+def raised(arm):
+    arm.move(arm.pose(1.0).value.moved(z=0.01), speed=0.1, owner="a").poll()
+
+
+def opened_wider(gripper):
+    gripper.move(0.07, speed=0.02, owner="a").poll()
+
+
+def felt(arm):
+    arm.wrench(1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "driver", "asked", "said"),
+    [
+        (MonitoredArm, Elsewhere, raised, "says that the motion is done, and the hand is 10.0 mm from its end"),
+        (MonitoredGripper, Foretold, opened_wider, "the time of a driver's opening is 1e[+]03 s ahead of the clock"),
+        (MonitoredArm, Bare, felt, r"wrench\(\) returns a Reading of a Wrench, not of 3.0"),
+    ],
+)
+def test_a_driver_that_tells_what_cannot_be_is_in_fault(kind, driver, asked, said):
+    """They were SUCCESS, or an error of the node that asked."""
+    _, device = opened(kind, driver)
+    with pytest.raises(DeviceFault, match=said):
+        asked(device)
+    assert device.state is DeviceState.FAULT
+
+
+def test_a_wrench_is_of_three_numbers():
+    for given in (3.0, (1.0, 2.0), (0.0, 0.0, math.nan)):
+        with pytest.raises(InvalidInput, match="three finite numbers of force"):
+            Wrench(given)

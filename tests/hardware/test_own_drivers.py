@@ -145,7 +145,11 @@ def test_a_wrong_name_is_told_with_what_to_write(own, old, new, said):
         ('    """Sees a wall."""', "", "has no docstring"),
         ("@dataclass(frozen=True)", "", "is no dataclass; write @dataclass(frozen=True) above it"),
         ("shape: tuple", "type: tuple", "cannot be called 'type'"),
-        ('"Frequency")] = 30.0', '"Frequency")] = 300.0', "the default of 'rate' in the options of WallCamera: 300 Hz is out of"),
+        (
+            '"Frequency")] = 30.0',
+            '"Frequency")] = 300.0',
+            "the default of 'rate' in the options of WallCamera: 300 Hz is out of",
+        ),
         ("import numpy as np", "import nowhere_at_all", "No module named 'nowhere_at_all'"),
     ],
 )

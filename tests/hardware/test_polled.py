@@ -9,6 +9,7 @@ from stretch_bt.devices import DeviceFault, DeviceLost, GripperDriver, MotionSta
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.implementations import Unusable, _checked
 
 
 class Fingers:
@@ -130,6 +131,26 @@ def test_a_connection_that_hangs_is_told_as_the_device_is_closed_and_is_not_used
     driver.open()
     assert wire_of(driver) is not wire
     wire.gate.set()
+
+
+def test_a_driver_that_moves_and_could_not_stop_is_none():
+    """It passed every check, and no safe stop reached its device."""
+
+    class Unstoppable(PolledDriver, GripperDriver):
+        """Fingers that go on."""
+
+        def wire(self):
+            return Fingers()
+
+        def move(self, opening, speed):
+            return lambda: MotionState.DONE
+
+        def opening(self):
+            return self.latest().reading(0.055)
+
+    with pytest.raises(Unusable, match="the driver Unstoppable lacks halt"):
+        _checked(Unstoppable)
+    assert _checked(Polled) is Polled
 
 
 @pytest.mark.parametrize("given", [None, 5])

@@ -6,6 +6,7 @@ from importlib.resources import files
 
 import pytest
 
+from stretch_bt.runtime.task import run
 from stretch_bt.runtime.truth import Truths
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.tree import registry
@@ -96,3 +97,11 @@ def test_a_scene_knows_what_ports_are_compared_with():
     declared = {q for info in registry.load_all().values() for p in info.ports.values() for q in p.truth.values()}
     assert declared
     assert declared <= known
+
+
+def test_a_height_above_the_membrane_is_not_compared_with_one_in_the_world():
+    """It was told to be 98 % off, beside the height of an object that nothing had touched."""
+    result = run("watch_contact", params={"duration": "1 s"}, record="none")
+    assert result.status == "SUCCESS"
+    assert "highest" in result.outputs
+    assert "highest" not in result.truth

@@ -266,7 +266,9 @@ def test_a_module_that_python_cannot_compile_is_told_with_its_file(tmp_path: Pat
     assert ": (" not in str(refused.value)
 
 
-@pytest.mark.parametrize(("name", "home"), [("Length", "units"), ("NoAnswer", "errors"), ("Arm", "hardware.interfaces")])
+@pytest.mark.parametrize(
+    ("name", "home"), [("Length", "units"), ("NoAnswer", "errors"), ("Arm", "hardware.interfaces")]
+)
 def test_a_name_that_is_sought_in_the_wrong_place_is_told_with_its_own(tmp_path: Path, name: str, home: str) -> None:
     put(tmp_path, "astray.py", f"from stretch_bt import {name}\n")
     with pytest.raises(ModuleRefused) as refused:

@@ -187,7 +187,9 @@ def test_a_default_or_bound_that_does_not_fit_is_refused(kind: Any, given: Any, 
 
 
 def test_a_default_has_no_deviation_where_a_port_has_it(fresh: None) -> None:
-    with pytest.raises(RegistryError, match="'size': the deviation of its default would be lost .* write 0.5, and 0.1"):
+    with pytest.raises(
+        RegistryError, match=r"'size': the deviation of its default would be lost .* write 0.5, and 0.1"
+    ):
         node(behavior({"size": In[Length], "size_sd": In[Length]}, size=Estimate(0.5, 0.1), size_sd=0.2))
     node(behavior({"size": In[Length]}, size=Estimate(0.5, 0.1)))
 

@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from stretch_bt.errors import LimitExceeded, NoAnswer, StaleReading
+from stretch_bt.errors import DeviceFault, LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver
 from stretch_bt.hardware.interfaces import Arm, Motion, Reading
+from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.monitored.mover import Mover
 
 __all__ = ["MonitoredArm"]
@@ -17,6 +18,8 @@ __all__ = ["MonitoredArm"]
 _FORCE_AGE = 0.5
 #: least time between two poses from which a speed is taken, s: a shorter one divides by noise
 _APART = 0.01
+#: how far from the end of a motion that is done the hand may be, m: arms come within 0.1 mm, and tell it a moment late
+_OFF = 0.005
 
 
 class MonitoredArm(Mover[ArmDriver]):
@@ -30,6 +33,8 @@ class MonitoredArm(Mover[ArmDriver]):
     _before: Reading[Pose] | None = None
     #: whether the motion that goes on leads up from where it began
     _rises = False
+    #: where the motion that goes on ends
+    _goal: Pose | None = None
 
     def open(self) -> None:
         """Connect, free of an earlier fault; moves nothing."""
@@ -75,11 +80,11 @@ class MonitoredArm(Mover[ArmDriver]):
         Where a simulation has no force for a place, a motion that rises goes on: it leads away from what cannot be.
         """
         with self.faults():
-            place = self.driver.pose()
+            place = self.checked("pose", self.driver.pose())
         self._check_speed(place)
         try:
             with self.faults():
-                reading = self.driver.wrench()
+                reading = self.checked("wrench", self.driver.wrench())
         except NoAnswer:
             if self._rises:
                 return
@@ -87,6 +92,17 @@ class MonitoredArm(Mover[ArmDriver]):
         if self.watch.now() - reading.host_time > _FORCE_AGE:
             self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
         self._check_force(reading.value)
+
+    def check_arrival(self) -> None:
+        """Raise DeviceFault where the hand is far from the end of a motion that is said to be done: its base, or its driver, is wrong."""
+        if self._goal is None:
+            return
+        off = math.dist(self.checked("pose", self.driver.pose()).value.position, self._goal.position)
+        if off > _OFF:
+            what = f"its driver says that the motion is done, and the hand is {1e3 * off:.1f} mm from its end"
+            raise DeviceFault(
+                self.name, f"{what}; see where 'base' stands, and mend when the driver says so; then {NEW_RUN}"
+            )
 
     def _check_speed(self, place: Reading[Pose]) -> None:
         """Compare the mean speed since the pose before with the limits."""
@@ -110,7 +126,7 @@ class MonitoredArm(Mover[ArmDriver]):
         self.check_command(owner, arguments)
         limits = self.watch.limits
         with self.faults():
-            here = self.driver.pose()
+            here = self.checked("pose", self.driver.pose())
         try:
             limits.check_way(self.name, arguments["speed"], [pose.height for pose in (here.value, *path)])
             for pose in path:
@@ -120,6 +136,7 @@ class MonitoredArm(Mover[ArmDriver]):
         self.settle()
         self.command(name, arguments, owner)
         self._was_moved, self._before = True, here
+        self._goal = path[-1] if path else None
         self._rises = min(pose.height for pose in path) > here.value.height
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])

@@ -22,6 +22,7 @@ from stretch_bt.errors import (
     StretchError,
     named,
 )
+from stretch_bt.hardware.checked_reading import check_reading
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
@@ -33,7 +34,7 @@ from stretch_bt.hardware.limits import Limits
 if TYPE_CHECKING:
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["Monitored", "Watch", "check_finite"]
+__all__ = ["Monitored", "Watch"]
 
 D = TypeVar("D", bound=Driver)
 T = TypeVar("T")
@@ -142,15 +143,20 @@ class Monitored(Generic[D]):
             lost = DeviceLost(self.name, f"the connection broke ({error}); {NEW_RUN}")
             self.latch(lost)
             raise lost from error
-        except StretchError:
-            raise
+        except StretchError as error:
+            if not isinstance(error, InvalidInput) or self._state in (DeviceState.CONNECTING, DeviceState.DISCONNECTED):
+                raise
+            raise self._broke(error) from error  # numbers that its driver made, and that nothing can be
         except Exception as error:  # a defect of the driver, or an exception of its client that it does not know
-            at = place_of(error)
-            broke = DeviceFault(
-                self.name, f"its driver broke ({named(error)}){at and f' at {at}'}; mend it, then {NEW_RUN}"
-            )
-            self.latch(broke)
-            raise broke from error
+            raise self._broke(error) from error
+
+    def _broke(self, error: Exception) -> DeviceFault:
+        at = place_of(error)
+        broke = DeviceFault(
+            self.name, f"its driver broke ({named(error)}){at and f' at {at}'}; mend it, then {NEW_RUN}"
+        )
+        self.latch(broke)
+        return broke
 
     def latch(self, fault: DeviceFault) -> None:
         """Keep a fault until the device is opened again; the first one stays."""
@@ -179,18 +185,20 @@ class Monitored(Generic[D]):
         """Write down a command that is about to be sent."""
         self.watch.journal.command(self.name, name, arguments, owner)
 
-    def fresh(self, source: Callable[[], Reading[T]], max_age: float) -> tuple[Reading[T], float]:
+    def fresh(self, name: str, source: Callable[[], Reading[T]], max_age: float) -> tuple[Reading[T], float]:
         """Return the latest reading and its age, s; of a device that streams one that is not too old, where it comes within a moment."""
         end = time.monotonic() + (_MOMENT if self.driver.streams else 0.0)
         while True:
-            reading = source()
-            if not isinstance(reading, Reading):
-                raise TypeError(f"a driver returns a Reading, not a {type(reading).__name__}")
-            check_finite(reading)
+            reading = self.checked(name, source())
             age = self.watch.now() - reading.host_time
             if age <= max_age or time.monotonic() >= end:
                 return reading, age
             time.sleep(_PAUSE)
+
+    def checked(self, name: str, reading: Reading[T]) -> Reading[T]:
+        """Return a driver's reading; raises TypeError or ValueError for what is none."""
+        check_reading(name, reading, self.watch.now())
+        return reading
 
     def read(self, name: str, source: Callable[[], Reading[T]], max_age: float) -> Reading[T]:
         """Return a reading that is at most `max_age` s old."""
@@ -198,18 +206,10 @@ class Monitored(Generic[D]):
             raise InvalidInput(f"{self.name}: max_age must be finite and above 0 s, not {max_age}")
         self.check_open()
         with self.faults():
-            reading, age = self.fresh(source, max_age + _ROUNDING)
+            reading, age = self.fresh(name, source, max_age + _ROUNDING)
             if age > max_age + _ROUNDING:
                 raise StaleReading(self.name, f"the latest {name} is {age:.3g} s old, accepted are {max_age:.3g} s")
         if self.watch.stamp is not None:
             reading = replace(reading, host_time=self.watch.stamp(reading.host_time))
         self.watch.journal.reading(self.name, name, reading)
         return reading
-
-
-def check_finite(reading: Reading[Any]) -> None:
-    """Refuse a driver's number or time that is none: NaN is older than nothing and past no limit."""
-    if not math.isfinite(reading.host_time):
-        raise ValueError(f"a driver's reading has the time {reading.host_time}")
-    if isinstance(reading.value, float) and not math.isfinite(reading.value):
-        raise ValueError(f"a driver's reading is {reading.value}; where there is none it raises NoAnswer")

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 from stretch_bt.errors import LimitExceeded
 from stretch_bt.hardware.driver import GripperDriver
 from stretch_bt.hardware.interfaces import Gripper, Motion, Reading
-from stretch_bt.hardware.monitored.base import check_finite
 from stretch_bt.hardware.monitored.mover import Mover
 from stretch_bt.hardware.slack import SLACK
 
@@ -53,8 +52,7 @@ class MonitoredGripper(Mover[GripperDriver]):
 
     def _beyond(self) -> float:
         """Return how far the measured opening is outside the limits, m; 0 inside."""
-        reading = self.driver.opening()
-        check_finite(reading)
+        reading = self.checked("opening", self.driver.opening())
         stretch, span = self.watch.hand.geometry.stretch(reading.value), self.watch.limits.stretch
         return max(span.min - stretch, stretch - span.max, 0.0)
 

@@ -37,6 +37,8 @@ class OwnedMotion:
         """Ask the driver, and remember an end."""
         if self.ended is None:
             state = MotionState(self._poll())
+            if state is MotionState.DONE:
+                self._device.check_arrival()
             self.ended = None if state is MotionState.MOVING else state
             return state
         return self.ended
@@ -91,6 +93,9 @@ class Mover(Monitored[D]):
             return
         if motion.poll() is MotionState.MOVING:
             motion.stop()
+
+    def check_arrival(self) -> None:
+        """Raise DeviceFault where the driver says that a motion is done, and the device is elsewhere."""
 
     def guard(self) -> None:
         """Check the limits that hold while the device moves."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,11 +12,14 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import DeviceLost, InvalidInput, NotReady
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import DepthCameraDriver, Mistake, Options
+from stretch_bt.hardware.driver import CellContext, DepthCameraDriver, Mistake, Options
+from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.replay.frames import FrameArray, FrameFolder, Frames, png_files
-from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
+from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays, unplayable
 from stretch_bt.hardware.replay.tape import Tape
+from stretch_bt.source.arrays import unread_array
 from stretch_bt.units import Frequency, Length, Within
 
 __all__ = ["ReplayCamera"]
@@ -74,7 +77,8 @@ class _Options(Options):
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield what is wrong with the file or folder."""
         if self.file is not None:
-            yield from npz_mistakes(root, "file", self.file, self.arrays())
+            found = list(npz_mistakes(root, "file", self.file, self.arrays()))
+            yield from found or unplayable("file", lambda: ReplayCamera.rehearse(self, root))
         elif self.folder is not None and not png_files(root / self.folder):
             yield "folder", f"there are no PNG files in {self.folder!r}", "write a folder relative to the cell file"
 
@@ -115,9 +119,17 @@ class ReplayCamera(DepthCameraDriver):
             whole = Intrinsics(fx, fy, cx, cy, o.width, o.height)
         return whole if o.roi is None else whole.cropped(*(int(v) for v in self._four("roi")))
 
+    @classmethod
+    def rehearse(cls, options: _Options, root: Path) -> None:
+        """Begin to play a file without its images; raises DeviceLost."""
+        now = float  # which gives 0.0
+        camera = cls("camera", options, CellContext(now, 0, root, Hand(), Limits()))
+        _, times = camera._source(unread_array)
+        Tape(camera.name, times, now)
+
     def open(self) -> None:
         """Read the recording and begin to play it."""
-        self._frames, times = self._source()
+        self._frames, times = self._source(lambda path, name: read_arrays(self.name, path, [name])[name])
         self._latest = None
         self._tape = Tape(self.name, times, self.cell.now)
 
@@ -140,7 +152,7 @@ class ReplayCamera(DepthCameraDriver):
         frame = DepthFrame(raw, self.options.unit, self.intrinsics, time, number, plane_distance=distance)
         return Reading(frame, time, due, number)
 
-    def _source(self) -> tuple[Frames, Any]:
+    def _source(self, read: Callable[[Path, str], Any]) -> tuple[Frames, Any]:
         o: _Options = self.options
         shape = (self.intrinsics.height, self.intrinsics.width)
         if o.folder is not None:
@@ -148,7 +160,7 @@ class ReplayCamera(DepthCameraDriver):
             return FrameFolder(self.name, files, shape), np.arange(len(files)) / o.rate
         assert o.file is not None
         assert o.depth is not None
-        images = read_arrays(self.name, self.cell.root / o.file, [o.depth])[o.depth]
+        images = read(self.cell.root / o.file, o.depth)
         count = images.shape[0] if images.ndim else 0
         times = self._arrays.get("time", np.arange(count) / o.rate)
         return FrameArray(self.name, images, len(np.atleast_1d(times)), shape), times

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from stretch_bt.hardware.driver import Mistake, missing_file
 from stretch_bt.source import did_you_mean
 from stretch_bt.source.arrays import array_names, check_arrays, load_arrays
 
-__all__ = ["npz_mistakes", "read_arrays"]
+__all__ = ["npz_mistakes", "read_arrays", "unplayable"]
 
 
 def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]) -> Iterator[Mistake]:
@@ -32,6 +32,14 @@ def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]
     for name, key in keys.items():
         if key is not None and key not in names:
             yield name, f"{file!r} has no array {key!r}", did_you_mean(key, names)
+
+
+def unplayable(option: str, begin: Callable[[], object]) -> Iterator[Mistake]:
+    """Yield why a recording that is there could not be played, as beginning it says."""
+    try:
+        begin()
+    except DeviceLost as lost:
+        yield option, lost.reason, "name another array, or record it anew"
 
 
 def read_arrays(device: str, path: Path, keys: list[str]) -> dict[str, npt.NDArray[Any]]:

@@ -18,7 +18,9 @@ class Tape:
 
     def __init__(self, device: str, times: Any, now: Callable[[], float]) -> None:
         self.times: npt.NDArray[np.float64] = np.asarray(times, dtype=float)
-        if self.times.ndim != 1 or self.times.size == 0 or not np.all(np.isfinite(self.times)):
+        if self.times.size == 0:
+            raise DeviceLost(device, "the recording is empty: it has no times")
+        if self.times.ndim != 1 or not np.all(np.isfinite(self.times)):
             raise DeviceLost(device, "the times of the recording are not a list of finite numbers")
         if np.any(np.diff(self.times) <= 0):
             raise DeviceLost(device, "the times of the recording do not rise")

@@ -27,6 +27,7 @@ from stretch_bt.simulation.world import Contact, World
 __all__ = ["Twin"]
 
 _HOME = Pose((0.0, 0.0, 0.2))
+_DEEPEST = 0.030  # m; what a node may ask of the hand past first contact
 
 
 class Twin:
@@ -48,10 +49,13 @@ class Twin:
         self.fingers: Track[float] = Track(geometry.rest_opening)
 
     def place(self, home: Pose) -> None:
-        """Put the hand where the arm is when it is opened; raises InvalidInput where the object already is."""
+        """Put the hand where the arm is when it is opened; raises InvalidInput where that is deeper in the object than any press goes."""
         buried = self.world.buried(home, 0.0)
-        if buried > 0:
-            object_, height, top = (self.scene.object.type, *(f"{1e3 * z:.4g} mm" for z in (home.height, home.height + buried)))
+        if buried > _DEEPEST:
+            object_, height, top = (
+                self.scene.object.type,
+                *(f"{1e3 * z:.4g} mm" for z in (home.height, home.height + buried)),
+            )
             message = f"the {object_} reaches {top} above the table, and the hand begins at {height}, inside it"
             raise InvalidInput(f"{message}; let the arm of the cell begin higher (height: ...), or move the object")
         self.hand = Track(Placed.at(home))

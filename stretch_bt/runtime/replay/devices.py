@@ -94,7 +94,11 @@ class _ReplayedDevice:
         self.journal.command(self.name, name, arguments, owner)
         fault = self.log.due_fault(self.name)
         # a motion that began and was lost is told to stop; one that the device did not take is none
-        if fault is not None and not isinstance(fault, LimitExceeded) and not self.log.commanded(self.name, owner, "stop"):
+        if (
+            fault is not None
+            and not isinstance(fault, LimitExceeded)
+            and not self.log.commanded(self.name, owner, "stop")
+        ):
             self.raise_due()
         self.current = _ReplayedMotion(self, owner)
         return self.current

@@ -56,7 +56,9 @@ class SetKeys(Part):
                 continue
             found.marks[name] = key.mark  # also where its value is wrong: what is noted there is enough
             if is_nothing(given):
-                reader.error(key.mark, "value-missing", f"'set' gives ${name} no value", f"write '{key.text}: ...', or 'none'")
+                reader.error(
+                    key.mark, "value-missing", f"'set' gives ${name} no value", f"write '{key.text}: ...', or 'none'"
+                )
                 continue
             wire = reader.set_value(given, declared, key.text)
             if wire is not None:
@@ -91,7 +93,9 @@ class SetKeys(Part):
             data.read([wire], known, beside=self.wires.keys() - {key})
         # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
         worked_out = [w for w in self.wires.values() if w.readings or not isinstance(w.expression, Name)]
-        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values())) or self._may_leave_bounds(data)
+        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values())) or self._may_leave_bounds(
+            data
+        )
         return Flow(known | set(self.marks), known if fails else None)
 
     def _may_leave_bounds(self, data: DataFlow) -> bool:

@@ -57,6 +57,15 @@ def test_a_killed_run_is_the_same_up_to_a_stated_instant(runs: Path) -> None:
     assert replay(runs / "record").until is None
 
 
+def test_events_of_a_killed_run_that_were_cut_are_damage(runs: Path, tmp_path: Path) -> None:
+    """The record was said to be whole up to an earlier instant, and its replay identical."""
+    record = Path(shutil.copytree(sorted(runs.glob("killed-*"))[-1], tmp_path / "record"))
+    whole = (record / "events.jsonl").read_bytes()
+    (record / "events.jsonl").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(StretchError, match=rf"cut off at byte {len(whole) // 2}"):
+        replay(record)
+
+
 @pytest.mark.parametrize("name", ["run.json", "events.jsonl", "record.mcap", "result.json"])
 @pytest.mark.parametrize("way", ["gone", "empty", "halved", "flipped"])
 def test_damage_is_said_with_its_place(record: Path, name: str, way: str) -> None:
