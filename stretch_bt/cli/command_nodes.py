@@ -75,6 +75,8 @@ def _meant(name: str, known: list[str]) -> str:
 
     if name in FUNCTIONS:
         return "it is a function of expressions"
+    if name == "finally":
+        return "it stands under the name of a tree, beside its body"
     if name in RESERVED:
         return "it is a word that stands beside a node, as in '{press: {depth: 8 mm}, " + name + ": ...}'"
     if name in shipped_trees():

@@ -28,6 +28,11 @@ def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | 
         return place, "this is not YAML: a tab is used for indentation", "indent with spaces, not tabs"
     if "quoted scalar" in context and "stream" in problem:
         return place, "this is not YAML: the quote that opens here is never closed", "close the quote"
+    if "unexpected ':'" in problem:
+        return place, "this is not YAML: no space follows the colon", "put a space after the colon, and then the value"
+    if "did not find expected key" in problem:
+        hint = "indent it like the keys around it, and close brackets and quotes before it"
+        return place, "this is not YAML: this line does not go on where the one before ends", hint
     if "mapping values" in problem and place is not None:
         return place, *_stray_colon(row[: place.column])
     if place is not None and row[place.column : place.column + 1] in tuple("*&!|>%@`"):

@@ -92,7 +92,7 @@ class DataFlow:
         if declared is None or declared.type.family in (Family.OBJECT, Family.ANY):
             return ""
         value = "[]" if declared.type.item else sample(declared.type)
-        return f", or give it a default: '{name}: {{type: {declared.type}, default: {value}}}'"
+        return f", or give it a default under 'keys': '{name}: {{type: {declared.type}, default: {value}}}'"
 
 
 def check_flow(

@@ -61,6 +61,7 @@ class Declarations:
             type_value, spec = None if is_nothing(spec) else spec, Map((), spec.mark)
         type_ = self.type(key, type_value, what) if type_value is not None else self.of_values(key, spec, what)
         made = Declared(key.text, type_, key.mark, doc=self.text(spec.get("doc")))
+        made.doubtful = type_ is ANY  # which was noted
         made.has_default = "default" in spec
         for read in (self.bounds, self.default, self.unit, self.scene):
             try:
@@ -103,7 +104,17 @@ class Declarations:
         type_ = named(value.text, {}) or named(value.text, self.objects)
         if type_ is None:
             known = [*KINDS, "int", "float", "bool", "str", *self.objects]
-            hint = _meant_as_default(value) or did_you_mean(value.text, known) or f"known here: {', '.join(known)}"
+            listed = (
+                "write 'list[Length]', with the type of its entries, and in quotes between braces"
+                if value.text in ("list", "List", "array")
+                else ""
+            )
+            hint = (
+                listed
+                or _meant_as_default(value)
+                or did_you_mean(value.text, known)
+                or f"known here: {', '.join(known)}"
+            )
             self.found.append(value.mark.error("type-unknown", f"no type {value.text!r}", hint))
         return type_ or ANY
 

@@ -21,7 +21,7 @@ from stretch_bt.tree.heading_reader import HeadingReader
 from stretch_bt.tree.imports import Imports
 from stretch_bt.tree.param_values import set_params
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.tree.values import Refused, check_bounds, literal, refuse
 from stretch_bt.units import KINDS
 
 __all__ = ["FORMAT", "read_document"]
@@ -149,6 +149,8 @@ class _Headings(HeadingReader):
             return
         type_ = Type("Time", Family.QUANTITY, KINDS["Time"].dimension)
         try:
+            if isinstance(value, Scalar) and isinstance(value.value, int | float) and not isinstance(value.value, bool):
+                refuse(value.mark, "unit-missing", f"tick: {value.text} has no unit", f"write '{value.text} ms'")
             self.doc.tick_period = literal(value, type_, "tick")
             check_bounds(self.doc.tick_period, type_, 0.001, 10.0, value.mark, "tick")
         except Refused as refused:

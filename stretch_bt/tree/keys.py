@@ -30,6 +30,8 @@ __all__ = ["is_construct", "settle_types"]
 
 _KEY = re.compile(r"\$?([A-Za-z_]\w*)", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+#: that mean something else in expressions
+_WORDS = ("task", "none", "true", "false", "and", "or", "not")
 _LOOPS = ("for_each", "repeat", "until")
 _ROUNDS = 50  # a chain of keys, each set from the one before, is as long as that
 
@@ -139,11 +141,11 @@ class _Keys:
         with suppress(ExpressionError, Unresolved):
             read = {n.parts[0] for w in writers for n in names(parse(w.value.text))}  # type: ignore[union-attr]
             known = [self.scope.resolve((name,)) for name in read if name not in ("task", *self.document.devices)]
+            if known and all(symbol.type not in (ANY, UNKNOWN) for symbol in known):
+                return  # what is wrong with it is noted at its place
             written = {w.key for w in self.writers}
-            noted = any(
-                symbol.origin is Origin.KEY and symbol.type in (ANY, UNKNOWN) and symbol.name not in written
-                for symbol in known
-            )
+            untyped = [symbol for symbol in known if symbol.type in (ANY, UNKNOWN)]
+            noted = any(symbol.origin is not Origin.KEY or symbol.name not in written for symbol in untyped)
             if writers and read and not noted:
                 alone = "itself alone" if read == {declared.name} else f"{', '.join(sorted(read))} alone"
                 message = f"the type of ${declared.name} follows from nothing: it is written from {alone}"
@@ -238,6 +240,7 @@ class _Keys:
                 yield from self.of_set(given)
             elif word == "for_each" and isinstance(given.get("as"), Scalar):
                 yield from _named(given.get("as"), items=given.get("items"))
+                self.check_index(given)
             for port, type_ in self.ports(place).outputs.items():
                 value = given.get(port)
                 if value is not None and is_nothing(value):
@@ -249,6 +252,14 @@ class _Keys:
                 collect = given.get("collect")
                 for key, value in collect if isinstance(collect, Map) else ():
                     yield _Writer(key.text.removeprefix("$"), key.mark, value=value, each=True)
+
+    def check_index(self, given: Map) -> None:
+        """Note an `index` that is the key of the items too."""
+        item, index = given.get("as"), given.get("index")
+        if isinstance(item, Scalar) and isinstance(index, Scalar) and item.text == index.text:
+            self.found.append(
+                index.mark.error("key-duplicate", f"{index.text} is the item of each pass already", "name another key")
+            )
 
     def lone_deviations(self) -> None:
         """Note each `x_sd` that is set alone where another `set` gives it beside `x`, whose deviation it would take from it as a key."""
@@ -333,7 +344,7 @@ class _Keys:
             message = f"${name} has the name of a param (line {param.mark.line})"
         elif name in self.document.devices:
             message = f"${name} has the name of a device (line {self.document.devices[name].mark.line})"
-        elif name in (*FUNCTIONS, "task", "none"):
+        elif name in (*FUNCTIONS, *_WORDS):
             message = f"${name} has the name of something else in expressions"
         else:
             return

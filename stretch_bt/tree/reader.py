@@ -190,6 +190,10 @@ class Reader(NodeWiring):
             return None
         known = [*registry.load_all(), *self.document.node_names(), *self.document.tree_names(), *CONSTRUCTS, "run"]
         guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
+        if (before := key.text.partition(":{")[0]) != key.text:
+            guess, hint = None, f"put a space after the colon: '{before}: {{...}}'"
+            self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)
+            return None
         hint = f"did you mean {guess!r}?" if guess else new_node(key.text) or did_you_mean(key.text, known)
         hint = hint or "`stretch-bt nodes` lists all nodes"
         self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)

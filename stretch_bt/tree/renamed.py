@@ -29,6 +29,19 @@ def renamed(tree: str, param: str) -> str | None:
     return _PARAMS.get(tree, {}).get(param)
 
 
+#: words of other languages, and what does it here
+_FOREIGN = {
+    "for": "write 'for_each: {items: ..., as: $key, do: ...}'",
+    "foreach": "write 'for_each: {items: ..., as: $key, do: ...}'",
+    "loop": "write 'repeat: {times: ..., do: ...}', or 'until: {that: ..., max: ..., do: ...}'",
+    "if": "write 'skip_if: ...' beside a node, or a 'selector' whose first child begins with a 'check'",
+    "else": "write a 'selector': its next child runs where the one before failed",
+    "fallback": "write 'selector'",
+    "not": "write 'invert', or 'not' within the condition of a 'check'",
+    "sleep": "write 'wait: {duration: ...}'",
+}
+
+
 def new_node(name: str) -> str | None:
-    """Return what to write in place of an old node, or None where there never was one of that name."""
-    return _NODES.get(name)
+    """Return what to write in place of an old node, or of a word of another language; None for any other name."""
+    return _NODES.get(name) or _FOREIGN.get(name.lower())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
-from stretch_bt.source import closest, did_you_mean
+from stretch_bt.source import Scalar, Value, closest, did_you_mean, walk
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.expression.typecheck import Origin, Symbol, Unresolved
 from stretch_bt.tree.types import ANY, INT, Type, from_annotation, quantity
@@ -77,12 +77,22 @@ class TreeScope:
             kinds = [kind for kind, interface in INTERFACES.items() if parts[1] in _readings(interface)]
             if kinds:
                 return f"add 'devices: {{{name}: {kinds[0]}}}'"
+        nodes = (signature.document.node(word) for word in _words(signature.body))
+        given = {port for info in nodes if info is not None for port in info.outputs}
+        if guess is None and (record := closest(name, given)) is not None:
+            return f"did you mean '{record}'? Name it where it is given: '{{{record}}}'"
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
         if others and guess is None:
             return f"it belongs to tree {others[0]!r}; pass it through 'in', or write it in this tree"
         return (
             did_you_mean(name, [*known, "task"]) or "nothing in this tree writes it; write it first, or make it a param"
         )
+
+
+def _words(body: Value) -> set[str]:
+    """Return the words of a body that may be the names of nodes."""
+    found = {key.text for key, _ in walk(body) if key is not None}
+    return found | {value.text for _, value in walk(body) if isinstance(value, Scalar) and value.text.isidentifier()}
 
 
 def _readings(interface: type) -> dict[str, Type]:

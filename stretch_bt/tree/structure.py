@@ -117,7 +117,8 @@ class _Structure:
             long = [part.label for part in group.children() if part.is_long()]
             if len(long) > 1:
                 message = f"{group.keyword!r} may hold one long action, found {len(long)} ({', '.join(long)})"
-                self.error(group.mark, "reactive-action", message, "wrap them in 'sequence'")
+                inner = group.keyword.removeprefix("reactive_")
+                self.error(group.mark, "reactive-action", message, f"wrap them in {inner!r}, which goes on where it is")
 
     def check_interruption(self, body: TreeBody, part: Part, why: str, outermost: bool = True) -> None:
         """A called tree's `finally` needs ticks, so nothing but the end of the run may interrupt the call."""

@@ -244,7 +244,8 @@ class Wiring:
             self.error(value.mark, "type-mismatch", f"{what} takes an expression", hint)
             return None
         if not value.text:
-            self.error(value.mark, "value-missing", f"{what} has no value", example(type_))
+            hint = "write a condition, as in 'depth > 2 mm'" if type_.family is Family.BOOL else example(type_)
+            self.error(value.mark, "value-missing", f"{what} has no value", hint)
             return None
         try:
             found = parse(value.text)
@@ -266,6 +267,8 @@ class Wiring:
         if not value.quoted and value.text.count("(") > value.text.count(")"):
             return "put quotes around it: between braces a comma ends the value"
         is_word = error.code == "name-unknown" and value.text.isidentifier()
+        if is_word and type_.family in (Family.STR, Family.ENUM, Family.ANY) and error.hint.startswith("known here"):
+            return f"text stands in quotes of its own: \"'{value.text}'\"; {error.hint}"
         if is_word and type_.family is Family.BOOL and value.text.lower() in TRUTHS:
             return f"write '{TRUTHS[value.text.lower()]}'"
         if is_word and type_.is_number and error.hint.startswith("known here"):

@@ -160,7 +160,7 @@ class _Parser:
                 len(token.text),
                 "expression",
                 f"{token.text!r} is not expected here",
-                "put an operator before it",
+                "write '==' or '!='" if token.text in ("is", "isnt", "equals") else "put an operator before it",
             )
         return found
 

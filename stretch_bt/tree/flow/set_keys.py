@@ -48,6 +48,8 @@ class SetKeys(Part):
             return None
         found = cls(mark)
         for key, given in value:
+            if key.text.endswith(")") and is_nothing(given):
+                continue  # the rest of what a comma has cut, which was noted
             if found._read_sd(reader, value, key, given):
                 continue
             name = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "set")
@@ -71,7 +73,7 @@ class SetKeys(Part):
         declared = reader.signature.declared(of)
         if of == key.text or of not in whole or declared is None or reader.signature.declared(key.text) is not None:
             return False
-        wire = reader.value(given, declared.type, key.text)
+        wire = reader.value(given, declared.type, key.text, 0.0)
         if wire is not None:
             self.sds[of] = wire
         return True
