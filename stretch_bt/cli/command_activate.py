@@ -32,15 +32,22 @@ def command(
     from stretch_bt.clock import RealClock
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
+    from stretch_bt.hardware.driver import GripperDriver
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
     from stretch_bt.runtime.use_cell import use_cell
 
     spec = load_cell(cell)
     grippers = [name for name, d in spec.devices.items() if d.type == "Gripper" and device in (None, name)]
-    if len(grippers) != 1:
-        raise InvalidInput(f"the cell has {len(grippers)} grippers of that name; name one with --device")
+    if not grippers:
+        named = f" called {device!r}" if device else ""
+        raise InvalidInput(f"{spec.path.name} has no gripper{named}; name a cell with one")
+    if len(grippers) > 1:
+        raise InvalidInput(f"{spec.path.name} has the grippers {', '.join(grippers)}; name one with --device")
     if spec.devices[grippers[0]].use == "simulated":
         raise InvalidInput("a simulated gripper needs no activation")
+    driver = spec.devices[grippers[0]].implementation.cls
+    if getattr(driver, "activate", None) is GripperDriver.activate:
+        raise InvalidInput(f"{grippers[0]} needs no activation: its driver, {driver.__name__}, has none")
     if not yes:
         text = f"{grippers[0]}: the fingers will travel all their way. Is the membrane off, and is everybody clear of them?"
         typer.confirm(text, abort=True, err=True)

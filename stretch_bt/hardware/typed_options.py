@@ -24,8 +24,9 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.driver import Driver, Mistake, Options
+from stretch_bt.source import did_you_mean
 from stretch_bt.source.comments import comments_of
-from stretch_bt.units import Within
+from stretch_bt.units import KINDS, Kind, Within
 
 __all__ = ["options_model"]
 
@@ -120,14 +121,25 @@ def _fields(cls: type[Driver], given: type[Any]) -> dict[str, Any]:
 
 
 def _check_default(cls: type[Driver], field: dataclasses.Field[Any], hint: Any) -> None:
-    """Refuse a default outside the bounds of its own option: a cell file that leaves it out is not looked at for it."""
-    bounds = [given for given in getattr(hint, "__metadata__", ()) if isinstance(given, Within)]
-    default: Any = field.default
-    for within in bounds if isinstance(default, int | float) else ():
+    """Refuse bounds that nothing fits, and a default outside them: a cell file that leaves the option out is not looked at for it."""
+    default, given = field.default, getattr(hint, "__metadata__", ())
+    what = f"option {field.name!r} of {cls.__name__}"
+    for kind in (item for item in given if isinstance(item, Kind)):
+        if isinstance(default, str):
+            raise InvalidInput(f"the default of {what} is text; write a number in {kind.si_unit}")
+    for within in (item for item in given if isinstance(item, Within)):
+        if within.kind is not None and within.kind not in KINDS:
+            hint_ = did_you_mean(within.kind, KINDS) or f"write one of {', '.join(KINDS)}"
+            raise InvalidInput(f"{what}: no kind of quantity is called {within.kind!r}; {hint_}")
+        if not within.min <= within.max:
+            raise InvalidInput(
+                f"{what}: nothing is within {within.min:g} and {within.max:g}; write the least one first"
+            )
         try:
-            within.check(default)
+            if isinstance(default, int | float):
+                within.check(default)
         except InvalidInput as error:
-            raise InvalidInput(f"the default of {field.name!r} in the options of {cls.__name__}: {error}") from None
+            raise InvalidInput(f"the default of {what}: {error}") from None
 
 
 def _described(field: dataclasses.Field[Any], docs: Mapping[str, str]) -> Any:

@@ -74,4 +74,4 @@ def test_what_activate_refuses(cli, tmp_path):
     assert (code, "needs no activation" in err) == (2, True)
     (tmp_path / "none.yaml").write_text("format: stretch-cell/1\ndevices: {arm: {type: Arm, use: simulated}}\n")
     code, _, err = cli("activate", "none.yaml", "--yes")
-    assert (code, "name one with --device" in err) == (2, True)
+    assert (code, "none.yaml has no gripper" in err) == (2, True)

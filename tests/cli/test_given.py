@@ -123,3 +123,39 @@ def test_a_picture_that_cannot_be_written_is_told_before_anything_is_solved(cli,
     code, _, err = cli(*words, "--plot", str(tmp_path / name))
     assert code == 2
     assert said in err
+
+
+OWN_GRIPPER = '''\
+from stretch_bt.devices import GripperDriver, MotionState, Reading
+
+
+class Fingers(GripperDriver):
+    """Fingers that are nowhere."""
+
+    def move(self, opening, speed):
+        return lambda: MotionState.DONE
+
+    def opening(self):
+        return Reading(0.055, self.now(), self.now(), 0)
+'''
+
+
+@pytest.mark.parametrize(
+    ("devices", "said"),
+    [
+        ("{camera: {type: DepthCamera, use: simulated}}", "own.yaml has no gripper; name a cell with one"),
+        ("{g: {type: Gripper, use: fingers}}", "g needs no activation: its driver, Fingers, has none"),
+        (
+            "{g: {type: Gripper, use: fingers}, h: {type: Gripper, use: fingers}}",
+            "own.yaml has the grippers g, h; name one with --device",
+        ),
+    ],
+)
+def test_what_cannot_be_activated_is_told(cli, tmp_path, devices, said):
+    """A gripper without an activation was told as activated, and none was one 'of that name'."""
+    (tmp_path / f"{tmp_path.name}.py").write_text(OWN_GRIPPER)
+    cell = tmp_path / "own.yaml"
+    cell.write_text(f"format: stretch-cell/1\nimports: {{own: {tmp_path.name}}}\ndevices: {devices}\n")
+    code, _, err = cli("activate", str(cell), "--yes")
+    assert code == 2
+    assert said in " ".join(err.split())

@@ -145,11 +145,14 @@ def test_a_wrong_name_is_told_with_what_to_write(own, old, new, said):
         ('    """Sees a wall."""', "", "has no docstring"),
         ("@dataclass(frozen=True)", "", "is no dataclass; write @dataclass(frozen=True) above it"),
         ("shape: tuple", "type: tuple", "cannot be called 'type'"),
+        ('"Frequency")] = 30.0', '"Frequency")] = 300.0', "the default of option 'rate' of WallCamera: 300 Hz is out"),
         (
             '"Frequency")] = 30.0',
-            '"Frequency")] = 300.0',
-            "the default of 'rate' in the options of WallCamera: 300 Hz is out of",
+            '"Frequency")] = "30 Hz"',
+            "option 'rate' of WallCamera is text; write a number in Hz",
         ),
+        ("Within(1, 100,", "Within(100, 1,", "nothing is within 100 and 1"),
+        ('100, "Frequency")', '100, "Frequenzy")', "is called 'Frequenzy'; did you mean 'Frequency'?"),
         ("import numpy as np", "import nowhere_at_all", "No module named 'nowhere_at_all'"),
     ],
 )
