@@ -40,6 +40,7 @@ from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
+from stretch_bt.tree.written_keys import written_keys
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
@@ -186,14 +187,15 @@ class Builder:
         return node
 
     def outputs(self, part: Part) -> dict[str, tuple[Cell, Type]]:
-        """Return the cells that a part writes, by port; what the tree does not take goes nowhere."""
+        """Return the cells that a part writes, by port, or by key where it has none; what the tree does not take goes nowhere."""
         if isinstance(part, Leaf):
             types, keys = part.info.outputs | part.info.inouts, part.outputs | part.inouts
         elif isinstance(part, Call):
             types = {name: d.type for name, d in (part.target.outs | part.target.inouts).items()}
             keys = part.outputs | part.inouts
         else:
-            return {}
+            names = {key: self.frame.scope.signature.declared(key) for key, _, _ in written_keys(part)}
+            return {key: (self.cell(key), declared.type) for key, declared in names.items() if declared is not None}
         return {
             port: (self.cell(keys[port][0]) if port in keys else Cell(port), type_) for port, type_ in types.items()
         }

@@ -8,19 +8,17 @@ from collections.abc import Iterator
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, unknown_key
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Signature
-from stretch_bt.tree.flow import CONSTRUCTS, Broken, Call, Leaf, Part
-from stretch_bt.tree.flow.for_each import ForEach
+from stretch_bt.tree.flow import CONSTRUCTS, Broken, Part
 from stretch_bt.tree.flow.groups import Sequence
 from stretch_bt.tree.flow.guard import Guard, SkipIf
 from stretch_bt.tree.flow.log import Log
-from stretch_bt.tree.flow.repeat import Repeat, Retry
-from stretch_bt.tree.flow.set_keys import SetKeys
+from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.timeout import Timeout
-from stretch_bt.tree.flow.until import Until
 from stretch_bt.tree.node_wiring import NodeWiring
 from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
 from stretch_bt.tree.renamed import new_node
 from stretch_bt.tree.values import written
+from stretch_bt.tree.written_keys import written_keys
 
 __all__ = ["Reader"]
 
@@ -250,20 +248,7 @@ class Reader(NodeWiring):
             return None
         return self.call(target, tree.mark, fields.get("with", Map((), key.mark)))
 
-    def writes(self, part: Part) -> Iterator[tuple[str, str, Mark]]:
+    @staticmethod
+    def writes(part: Part) -> Iterator[tuple[str, str, Mark]]:
         """Yield every key that a part writes, with who writes it and where."""
-        for inner in part.walk():
-            if isinstance(inner, Leaf | Call):
-                for key, mark in (*inner.outputs.values(), *inner.inouts.values()):
-                    yield key, inner.label, mark
-            elif isinstance(inner, SetKeys):
-                for key, mark in inner.marks.items():
-                    yield key, "set", mark
-            elif isinstance(inner, ForEach):
-                yield inner.key, "for_each", inner.key_mark
-                yield from ((key, "for_each", mark) for key, mark in inner.passes.marks.items())
-            elif isinstance(inner, Until | Repeat):
-                yield from ((key, inner.keyword, mark) for key, mark in inner.passes.marks.items())
-            elif isinstance(inner, Broken):
-                for key, mark in inner.keys.items():
-                    yield key, inner.label, mark
+        return written_keys(part)

@@ -278,6 +278,26 @@ def test_a_start_that_is_to_run_on_does_so_until_it_is_stopped(tmp_path: Path) -
     assert (found.status, found.ticks) == ("SUCCESS", 22)
 
 
+def test_a_mock_of_a_construct_gives_the_keys_that_are_written_in_it(tmp_path: Path) -> None:
+    """They were told as outputs that it does not write."""
+    tree = """
+format: stretch-tree/1
+trees:
+  main:
+    sequence:
+      - set: {n: 1 mm}
+      - repeat: {times: 2, do: [wait: {duration: 1 s}, set: {v: 1 mm}], collect: {all: $v}}
+      - check: {that: n == 3 mm and sum(all) == 9 mm and v == 5 mm, else: $n $all $v}
+"""
+    (tmp_path / "tree.yaml").write_text(tree)
+    mocks = [
+        {"match": "main/set", "outputs": {"n": "3 mm"}},
+        {"match": "main/repeat", "outputs": {"v": "5 mm", "all": [["4 mm", "5 mm"]]}},
+    ]
+    found = run(tmp_path / "tree.yaml", mocks={"mocks": mocks}, record="none")
+    assert (found.status, found.ticks) == ("SUCCESS", 1), found.reason
+
+
 def test_what_a_mock_writes_passes_a_node_that_hands_it_on() -> None:
     value = mock_value(parse("{radius: 5 mm}", "mocks.yaml"), from_annotation(Sphere), "sphere")
     assert PortCheck(Sphere, None, None).judge(value) is value
