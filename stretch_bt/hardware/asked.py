@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.frames import Pose
 from stretch_bt.hardware.indenters import check_indenter
+from stretch_bt.units import is_number
 
 __all__ = ["check_asked", "check_speed"]
 
@@ -16,8 +17,11 @@ def check_asked(device: str, arguments: Mapping[str, Any]) -> None:
     """Raise InvalidInput for arguments of a command that make no sense, SI; a replay refuses them as the run did."""
     if "path" in arguments and not arguments["path"]:
         raise InvalidInput(f"{device}: a path needs at least one pose")
-    if "opening" in arguments and not math.isfinite(arguments["opening"]):
-        raise InvalidInput(f"{device}: opening must be finite, m, not {arguments['opening']}")
+    for pose in (*arguments.get("path", ()), *([arguments["target"]] if "target" in arguments else ())):
+        if not isinstance(pose, Pose):
+            raise InvalidInput(f"{device}: it goes to a Pose, not to {shown(pose)}; write Pose((x, y, z)), in m")
+    if "opening" in arguments and not is_number(arguments["opening"]):
+        raise InvalidInput(f"{device}: opening must be a finite number, m, not {shown(arguments['opening'])}")
     if "speed" in arguments:
         check_speed(device, arguments["speed"])
     if "geometry" in arguments:
@@ -26,5 +30,5 @@ def check_asked(device: str, arguments: Mapping[str, Any]) -> None:
 
 def check_speed(device: str, speed: float) -> None:
     """Raise InvalidInput unless a speed, m/s, is a finite number above 0."""
-    if not (math.isfinite(speed) and speed > 0):
-        raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {speed}")
+    if not (is_number(speed) and speed > 0):
+        raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {shown(speed)}")

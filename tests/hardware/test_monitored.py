@@ -242,3 +242,28 @@ def test_a_wrench_is_of_three_numbers():
     for given in (3.0, (1.0, 2.0), (0.0, 0.0, math.nan)):
         with pytest.raises(InvalidInput, match="three finite numbers of force"):
             Wrench(given)
+
+
+@pytest.mark.parametrize(
+    ("kind", "driver", "ask", "said"),
+    [
+        (
+            MonitoredGripper,
+            Numb,
+            lambda g: g.move("60 mm", speed=0.1, owner="a"),
+            "opening must be a finite number, m, not '60 mm'",
+        ),
+        (
+            MonitoredArm,
+            Elsewhere,
+            lambda a: a.move((0, 0, 0.3), speed=0.1, owner="a"),
+            r"it goes to a Pose, not to \(0, 0, 0.3\)",
+        ),
+        (MonitoredArm, Elsewhere, lambda a: a.follow([Pose(), 3], speed=0.1, owner="a"), "it goes to a Pose, not to 3"),
+        (MonitoredArm, Elsewhere, lambda a: a.move(Pose(), speed="fast", owner="a"), "above 0 m/s, not 'fast'"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused_by_their_names(kind, driver, ask, said):
+    _, device = opened(kind, driver)
+    with pytest.raises(InvalidInput, match=said):
+        ask(device)
