@@ -153,10 +153,6 @@ class RecordReader:
         chunks = self._chunks
         if not self._marks or (not self.complete and self._marks[-1].events < written.size):
             raise self._damaged(f"it is cut off at byte {chunks.end}, and events.jsonl goes on")
-        # of a run that was killed the events of the last tick may be missing, no more
-        missing = [mark.events for mark in self._marks if mark.events > written.size]
-        if len(missing) > 1:
-            raise damaged(self.folder / EVENTS, f"it is cut off at byte {written.size}, and had {missing[-2]}")
         return written.events(self._marks, self.complete)
 
     def _other(self, name: str) -> dict[str, Any] | None:

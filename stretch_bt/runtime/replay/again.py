@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from stretch_bt import errors
 from stretch_bt.clock import ReplayClock
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
@@ -257,12 +258,19 @@ def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) 
     )
 
 
+#: by name, what devices raise
+_FAULTS = {
+    cls.__name__ for cls in vars(errors).values() if isinstance(cls, type) and issubclass(cls, errors.DeviceFault)
+}
+
+
 def _decided(events: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield the events that a replay repeats: not that a tick was late, nor faults as devices are stopped and closed at the end."""
     stopped = False
     for event in events:
         stopped = stopped or event["type"] == "stop"
-        if event["type"] != LATE and not (stopped and event["type"] in ("fault", "stop_error")):
+        of_device = event["type"] == "fault" or (event["type"] == "stop_error" and event.get("error") in _FAULTS)
+        if event["type"] != LATE and not (stopped and of_device):
             yield event
 
 

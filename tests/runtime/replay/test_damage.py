@@ -62,7 +62,7 @@ def test_events_of_a_killed_run_that_were_cut_are_damage(runs: Path, tmp_path: P
     record = Path(shutil.copytree(sorted(runs.glob("killed-*"))[-1], tmp_path / "record"))
     whole = (record / "events.jsonl").read_bytes()
     (record / "events.jsonl").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(StretchError, match=rf"cut off at byte {len(whole) // 2}"):
+    with pytest.raises(StretchError, match=r"bytes shorter than it was|this line is cut off"):
         replay(record)
 
 
