@@ -82,7 +82,11 @@ class Wrench:
 
     def __post_init__(self) -> None:
         for given in (self.force, self.torque):
-            if np.shape(given) != (3,) or not all(math.isfinite(v) for v in given):
+            try:
+                right = len(given) == 3 and all(math.isfinite(v) for v in given)
+            except TypeError:
+                right = False
+            if not right:
                 raise InvalidInput(f"a wrench needs three finite numbers of force and of torque, not {given!r}")
 
     @property

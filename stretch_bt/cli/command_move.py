@@ -79,13 +79,10 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
 
 
 def _faulty(name: str, fault: DeviceFault) -> Finding:
+    from stretch_bt.hardware.examine import AS_IT_SAYS
     from stretch_bt.hardware.finding import Finding
 
-    fix = (
-        "go less far, or more slowly"
-        if isinstance(fault, BeyondLimits)
-        else "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one"
-    )
+    fix = "go less far, or more slowly" if isinstance(fault, BeyondLimits) else AS_IT_SAYS
     return Finding(name, False, fault.reason, fix)
 
 

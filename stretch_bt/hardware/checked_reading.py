@@ -32,5 +32,5 @@ def check_reading(name: str, reading: Any, now: float) -> None:
     if not math.isfinite(reading.host_time):
         raise ValueError(f"a driver's reading has the time {reading.host_time}")
     if reading.host_time > now + _AHEAD:
-        ahead = f"{reading.host_time - now:.3g} s ahead of the clock of this machine"
+        ahead = f"{reading.host_time - now:.3g} s ahead of the clock of the run"
         raise ValueError(f"the time of a driver's {name} is {ahead}; its host_time is what self.now() gives")

@@ -26,7 +26,7 @@ from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Reading
 
-__all__ = ["doctor", "halt", "status"]
+__all__ = ["AS_IT_SAYS", "doctor", "halt", "status"]
 
 V = TypeVar("V")
 
@@ -34,8 +34,10 @@ _LOOKING = 1.0
 _PAUSE = 0.002
 #: readings further apart than this, s, are too few for a run
 _SPARSE = 0.25
+#: what to do about a fault of a device
+AS_IT_SAYS = "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one"
 #: an older one, s, is none of a device that answers
-_OLD = 1.0
+_OLD = 2.0
 #: how far a device that stands may seem to go, m; how long one takes to stand, and a run that was stopped to let go of it, s
 _STANDS, _BRAKING, _LETTING_GO = 3e-4, 0.2, 2.0
 _ENDS = "press the emergency stop where it moves; Ctrl-C ends the run that has it"
@@ -121,7 +123,7 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
             check,
             False,
             _said(error),
-            "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one",
+            AS_IT_SAYS,
         )
 
 
@@ -185,7 +187,7 @@ def _ready(device: DeviceSpec, driver: Driver) -> Finding:
             check,
             False,
             _said(error),
-            "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one",
+            AS_IT_SAYS,
         )
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
 
@@ -203,7 +205,7 @@ def _read(driver: Driver, over: float) -> tuple[bool, str]:
         time.sleep(_PAUSE)
     age = driver.cell.now() - latest.host_time
     if age > _OLD:
-        return False, f"{say(latest.value)}; that was {age:.1f} s ago, and a run takes nothing so old"
+        return False, f"{say(latest.value)}; that was {age:.1f} s ago, older than nodes take"
     if not over:
         return True, say(latest.value)
     longest = max(longest, time.monotonic() - seen)

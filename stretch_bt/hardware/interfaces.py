@@ -212,7 +212,8 @@ INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera
 def is_one(device: Any, interface: type) -> bool:
     """Whether something is a device of an interface: it says so by its `kind`, as a scripted one does, or has what belongs to it."""
     kind = getattr(device, "kind", None)
-    return kind == interface.__name__ if kind in INTERFACES else isinstance(device, interface)
+    known = isinstance(kind, str) and kind in INTERFACES
+    return kind == interface.__name__ if known else isinstance(device, interface)
 
 
 def kind_of(device: Any) -> str:

@@ -12,6 +12,7 @@ from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
+from stretch_bt.hardware.monitored.base import Monitored
 from stretch_bt.runtime.context import Seen
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
@@ -267,8 +268,9 @@ def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
             raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
         for name in sorted(task.devices()):
             interface, device = task.program.document.devices[name].interface, given.devices[name]
-            # one that has only what its tree uses is of no kind
-            if not is_one(device, interface) and (kind := kind_of(device)) in INTERFACES:
+            # one that has only what its tree uses is of no kind, and may have what belongs to another
+            sure = isinstance(device, Monitored) or isinstance(getattr(device, "kind", None), str)
+            if sure and not is_one(device, interface) and (kind := kind_of(device)) in INTERFACES:
                 what = (
                     f"the tree needs {name!r}, a device of kind {interface.__name__}, and was given one of kind {kind}"
                 )

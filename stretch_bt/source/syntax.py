@@ -30,6 +30,16 @@ def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | 
         return place, "this is not YAML: the quote that opens here is never closed", "close the quote"
     if "unexpected ':'" in problem:
         return place, "this is not YAML: no space follows the colon", "put a space after the colon, and then the value"
+    if (
+        "did not find expected key" in problem
+        and place is not None
+        and row[: place.column].rstrip().endswith(('"', "'"))
+    ):
+        return (
+            place,
+            "this is not YAML: text goes on after a closing quote",
+            "put quotes of the other kind around the whole of it",
+        )
     if "did not find expected key" in problem:
         hint = "indent it like the keys around it, and close brackets and quotes before it"
         return place, "this is not YAML: this line does not go on where the one before ends", hint

@@ -21,13 +21,13 @@ from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.feeds import (
     Computed,
+    Relay,
     bounded,
     bounds_check,
     carried,
     constant,
     error_of_field,
     present,
-    relay,
     tee,
 )
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
@@ -292,7 +292,7 @@ class Builder:
         for declared in part.info.of(Role.OUTPUT):
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             if isinstance(cell, BoundedCell):  # which a number would pass by
-                cell = relay(cell.name, cell)
+                cell = Relay(Cell(cell.name), cell).inner
             sd = part.outputs.get(f"{declared.name}_sd")
             if sd is not None and f"{declared.name}_sd" not in part.info.ports:
                 cell = tee(cell, self.cell(sd[0]))
@@ -351,12 +351,10 @@ class Builder:
         defaults = [(cell, d.default) for cell, d in shared if d.has_default and not d.may_be_absent]
         relays = []
         for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
-            outer_key = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+            wired = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
             if declared.has_default or declared.own_bounds != (None, None):
-                inner = relay(outer_key.name, outer_key, _cell_of(declared, f"{path}/{declared.name}"))
-                frame.cells[declared.name] = inner
-            if declared.has_default:
-                relays.append((inner, outer_key, declared.default))
+                inner = frame.cells[declared.name] = _cell_of(declared, f"{path}/{declared.name}")
+                relays.append(Relay(inner, wired, declared.default if declared.has_default else MISSING))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
         outer, self.frame = self.frame, frame
         try:

@@ -8,7 +8,7 @@ from typing import Any
 from stretch_bt.errors import Absent, UnsetKey
 from stretch_bt.units import Estimate
 
-__all__ = ["DEFAULT", "MISSING", "BoundedCell", "Cell"]
+__all__ = ["MISSING", "BoundedCell", "Cell"]
 
 
 class _Missing:
@@ -25,7 +25,7 @@ MISSING: Any = _Missing()
 
 
 #: the writer of a key that is absent by its default
-DEFAULT = "default"
+_DEFAULT = "default"
 
 
 class Cell:
@@ -44,7 +44,7 @@ class Cell:
     def read(self) -> Any:
         """Return the value; raises UnsetKey when nothing wrote it yet, and Absent when what wrote it had none."""
         if self.value is MISSING:
-            if self.writer == DEFAULT:
+            if self.writer == _DEFAULT:
                 raise Absent(f"${self.name} is none, as it is by default")
             if self.writer:
                 raise Absent(f"${self.name} is none: {self.writer} had no value for it")
@@ -73,7 +73,7 @@ class Cell:
         absent = value is None
         self.value = MISSING if absent else value
         self.sd = None
-        self.writer = DEFAULT if absent else ""
+        self.writer = _DEFAULT if absent else ""
 
     def write(self, value: Any, writer: str = "") -> None:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""

@@ -11,7 +11,7 @@ from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate
 
-__all__ = ["Computed", "bounded", "bounds_check", "carried", "constant", "error_of_field", "present", "relay", "tee"]
+__all__ = ["Computed", "Relay", "bounded", "bounds_check", "carried", "constant", "error_of_field", "present", "tee"]
 
 
 class Computed(Cell):
@@ -50,18 +50,33 @@ def tee(target: Cell, target_sd: Cell) -> Cell:
     return made
 
 
-def relay(name: str, outer: Cell, inner: Cell | None = None) -> Cell:
-    """Return a cell whose values go on to another: an output of a called tree that has a default or bounds, or a node's to a key with bounds."""
+class Relay:
+    """Passes on what is written to a cell: of an output of a called tree that has a default or bounds, or of a node to a key with bounds.
 
-    def pass_on(cell: Cell) -> None:
+    A default is there from the begin of a call on, and reaches the key of the caller where the call succeeds and wrote nothing else.
+    """
+
+    def __init__(self, inner: Cell, outer: Cell, default: Any = MISSING) -> None:
+        self.inner, self.outer, self.default = inner, outer, default
+        self.passed = False
+        inner.listener = self._pass_on
+
+    def begin(self) -> None:
+        """Go back to the default."""
+        self.passed = False
+        self.inner.reset(self.default)
+
+    def succeed(self, path: str) -> None:
+        """Give the key the default, if nothing was written to it."""
+        if not (self.passed or self.default is MISSING):
+            self.outer.give(self.default, path)
+
+    def _pass_on(self, cell: Cell) -> None:
+        self.passed = True
         if cell.value is MISSING:
-            outer.unset(cell.writer)
+            self.outer.unset(cell.writer)
         else:
-            outer.write(cell.held(), cell.writer)
-
-    made = inner or Cell(name)
-    made.listener = pass_on
-    return made
+            self.outer.write(cell.held(), cell.writer)
 
 
 def constant(name: str, value: Any, writer: str) -> Cell:
@@ -123,7 +138,7 @@ def bounds_check(name: str, type_: Type, low: float | None, high: float | None) 
     """Return what raises NoAnswer for a number, or an item of a list, outside the bounds of a port or of a declared name."""
 
     def check(value: Any) -> None:
-        for number in value if isinstance(value, list) else (value,):
+        for number in value if isinstance(value, list | tuple) else (value,):
             if number is not None and not within(number, low, high):
                 raise NoAnswer(f"{name}: {outside(number, type_.item or type_, low, high)}")
 

@@ -106,6 +106,7 @@ class _Keys:
         self.found: list[Diagnostic] = []
         self.clashes: set[str] = set()
         self.writers: list[_Writer] = []
+        self.open: list[_Writer] = []  # of keys whose type follows from them
         self.nodes: dict[str, _Ports] = {}
 
     def settle(self) -> list[Diagnostic]:
@@ -119,11 +120,14 @@ class _Keys:
         self.signature.read = self.names_read()
         self.writers = [*self.explicit(), *self.left_out()]
         self.keys(self.writers)
-        for name in self.signature.names:
-            declared = self.signature.declared(name)
-            assert declared is not None
+        every = [declared for name in self.signature.names if (declared := self.signature.declared(name)) is not None]
+        for declared in every:
+            if declared.type is UNKNOWN and self.is_never_there(declared):
+                declared.type = NONE
+        self.take_all()  # of what is given those
+        for declared in every:
             if declared.type is UNKNOWN:
-                declared.type = NONE if self.is_never_there(declared) else ANY
+                declared.type = ANY
                 self.note_untyped(declared)
             if (wrong := wrong_unit(declared)) is not None:
                 self.found.append(wrong)
@@ -329,9 +333,13 @@ class _Keys:
             self.check_name(writer)
             if self.signature.declared(writer.key) is None and _KEY.fullmatch(writer.key):
                 self.signature.keys[writer.key] = Declared(writer.key, UNKNOWN, writer.mark, inferred=True)
-        open_ = [w for w in writers if w.key not in given and w.key not in self.signature.ins]
+        self.open = [w for w in writers if w.key not in given and w.key not in self.signature.ins]
+        self.take_all()
+
+    def take_all(self) -> None:
+        """Widen the types of keys until nothing changes."""
         for _ in range(_ROUNDS):
-            changed = [self.take(writer) for writer in open_]
+            changed = [self.take(writer) for writer in self.open]
             if not any(changed):
                 return
 
@@ -357,7 +365,10 @@ class _Keys:
         type_ = self.type_of(writer)
         if declared is None or type_ is None or type_ is ANY:
             return False
-        wider = joined(declared.type, type_)
+        if NONE in (declared.type, type_):  # what is never there has the type of whatever else is
+            wider: Type | None = declared.type if type_ is NONE and declared.type is not UNKNOWN else type_
+        else:
+            wider = joined(declared.type, type_)
         if wider is None or wider == declared.type:
             return False
         declared.type = wider

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import sys
 import types
 import typing
@@ -39,7 +40,7 @@ class PortCheck:
         self.type = _type_of(annotation)
         self.optional = allows_none(annotation)
         self.bounds = (low, high)
-        # a record is looked at field by field
+        # the numbers of a record are looked at
         self.exact = _PLAIN.get(self.type.family, None if dataclasses.is_dataclass(self.type.cls) else self.type.cls)
         self.low: float = -_LARGEST if low is None else low
         self.high: float = _LARGEST if high is None else high
@@ -69,7 +70,7 @@ class PortCheck:
         if plain_text and (not type_.options or value in type_.options):
             return value
         if type_.cls is not None and _is_one(value, type_.cls):
-            return _with_right_fields(value)
+            return _with_right_numbers(value)
         raise InvalidInput(self._refusal(value))
 
     def _member(self, value: Any, type_: Type) -> Any:
@@ -105,24 +106,38 @@ class PortCheck:
 
 
 @lru_cache(maxsize=256)
-def _checks_of(cls: type) -> tuple[tuple[str, PortCheck], ...]:
-    """Return what the fields of a record must be; of one that has no fields of its own, as where a mock gives some of them, nothing."""
+def _numbers_of(cls: type) -> tuple[tuple[str, bool, bool, float], ...]:
+    """Return the fields of a record that are numbers: name, whether it is whole, whether it may be None, and the least that it may be.
+
+    Of a class without fields of its own, as where a mock gives some of them, and of one whose annotations mean nothing here, none.
+    """
     if "__dataclass_fields__" not in vars(cls):
         return ()
+    try:
+        hints = annotations_of(cls)
+    except (NameError, TypeError):
+        return ()
     names = {field.name for field in dataclasses.fields(cls)}
-    least = {name: 0.0 if name.endswith("_sd") and name.removesuffix("_sd") in names else None for name in names}
-    found = ((name, PortCheck(hint, least[name], None)) for name, hint in annotations_of(cls).items() if name in names)
-    return tuple((name, check) for name, check in found if check.type is not ANY)
+    found = []
+    for name in names & hints.keys():
+        type_ = _type_of(hints[name])
+        least = 0.0 if name.endswith("_sd") and name.removesuffix("_sd") in names else -math.inf
+        if type_.is_number:
+            found.append((name, type_.family is Family.INT, allows_none(hints[name]), least))
+    return tuple(found)
 
 
-def _with_right_fields(value: Any) -> Any:
-    """Return a record, or whatever else it is; raises InvalidInput for a field that no output could be."""
+def _with_right_numbers(value: Any) -> Any:
+    """Return a record, or whatever else it is; raises InvalidInput where a number of it is none."""
     cls: type = type(value)
-    for name, check in _checks_of(cls):
-        try:
-            check.judge(getattr(value, name))
-        except InvalidInput as error:
-            raise InvalidInput(f"its field {name!r}: {error}") from None
+    for name, whole, optional, least in _numbers_of(cls):
+        given: Any = getattr(value, name, None)
+        right = isinstance(given, Integral if whole else Real) and bool(least <= given)  # type: ignore[operator]  # which NaN is not
+        if not right and not (given is None and (optional or not hasattr(value, name))):
+            wanted = "a whole number" if whole else "a number" if least < 0 else "a number that is not negative"
+            raise InvalidInput(
+                f"its field {name!r} takes {wanted}{' or None' if optional else ''}, not {_short(given)}"
+            )
     return value
 
 

@@ -156,7 +156,7 @@ class Wiring:
             message = f"${name} is an input of tree {self.signature.name!r} and cannot be written"
             self.error(value.mark, "input-written", message, "use another key")
             return None
-        if type_ is not None and not declared.type.accepts(type_):
+        if type_ is not None and type_ is not NONE and not declared.type.accepts(type_):
             message = f"${name} is {self.of(declared)} but {what} gives {type_}"
             self.error(value.mark, "type-mismatch", message, f"use a key of type {type_}")
             return None
@@ -256,7 +256,8 @@ class Wiring:
             hint = self.literal_meant(value, type_, error)
             self.error(_inside(value, error.offset, error.length), error.code, error.message, hint)
             return None
-        if not (type_.accepts(given) or given is NONE or _is_option(found, type_)):
+        never_there = given is NONE and isinstance(found, Name)
+        if not (type_.accepts(given) or never_there or _is_option(found, type_)):
             self.mismatch(value, found, given, type_, what)
             return None
         return self.wire(value, found)

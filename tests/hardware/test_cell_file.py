@@ -76,7 +76,9 @@ MISTAKES = [
 
 @pytest.fixture
 def folder(tmp_path):
-    np.savez(tmp_path / "press.npz", z=np.zeros((1, 480, 640), np.uint16), K=np.ones(4), w=np.zeros((1, 6)), t=np.zeros(1))
+    np.savez(
+        tmp_path / "press.npz", z=np.zeros((1, 480, 640), np.uint16), K=np.ones(4), w=np.zeros((1, 6)), t=np.zeros(1)
+    )
     (tmp_path / "text.npz").write_text("no archive")
     np.save(tmp_path / "one.npy", np.zeros(3))
     return tmp_path

@@ -219,6 +219,13 @@ trees:
   writes:
     out: {d: {type: Length, default: 3 mm}}
     set: {d: 5 mm}
+  collects:
+    out: {d: {type: Length, default: 3 mm}}
+    for_each:
+      items: [1, 2, 3]
+      as: $n
+      do: [{set: {d: n * 2 mm}, skip_if: n == 3}]
+      collect: {each: $d}
   main:
     keys: {d: {default: 8 mm}}
     sequence:
@@ -228,6 +235,8 @@ trees:
       - check: d == 3 mm
       - writes: {d: $d}
       - check: d == 5 mm
+      - collects: {d: $d}
+      - check: d == 4 mm
 """)
     assert outcome.status == "SUCCESS", outcome.reason
 
@@ -250,6 +259,28 @@ trees:
       - check: f == 1 mm
 """)
     assert outcome.status == "SUCCESS", outcome.reason
+
+
+#: bodies of keys that are `none` alone, or were until something else wrote them
+NEVER_THERE = [
+    "sequence: [set: {a: none}, check: a == none]",
+    "sequence: [set: {a: none}, set: {b: a}, check: b == none, fail: b is $b]",
+    "sequence: [lacks: {d: $k}, check: k == none, set: {k: 3 mm}, check: k == 3 mm]",
+]
+
+
+@pytest.mark.parametrize("body", NEVER_THERE)
+def test_a_key_that_is_never_there_may_be_asked_about(run: Any, body: str) -> None:
+    """`check` found nothing, and the run was refused: this place was not understood."""
+    lacks = "lacks: {out: {d: {default: none}}, check: 1 < 2}" if "lacks" in body else ""
+    outcome = run(f"format: stretch-tree/1\ntrees:\n  main: {{{body}}}\n  {lacks}\n")
+    assert outcome.reason in ("", "main/fail: b is none"), outcome.reason
+
+
+def test_the_word_none_is_no_condition(tmp_path: Any) -> None:
+    path = tmp_path / "tree.yaml"
+    path.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [check: none]}}\n")
+    assert [found.code for found in check(path)] == ["type-mismatch"]
 
 
 def test_a_key_that_is_none_alone_is_not_held_for_unread(tmp_path: Any) -> None:
@@ -279,6 +310,11 @@ LEAVING = [
         "$xs: 2 is above 1",
     ),
     ("{e: {default: 4 mm}}", "sequence: [set: {e: 2 * e}, into: {d: $e}]", "d: 8 mm is above 5 mm"),
+    (
+        "{xs: {type: 'list[int]', max: 1}, i: {default: 0}}",
+        "selector: [repeat: {times: 2, do: [set: {i: i + 1}], collect: {xs: $i}}, fail: as it should]",
+        "as it should",
+    ),
     ("{e: {default: 4 mm}}", "sequence: [out_of: {e: $e, y: $f}, check: f > 0 mm]", "$y: 8 mm is above 5 mm"),
 ]
 BOUNDED = {

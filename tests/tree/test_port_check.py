@@ -1,7 +1,7 @@
 """What a node may write to a port, and what is said of anything else."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -22,7 +22,9 @@ class Dent:
 
     depth: Length
     depth_sd: Length = 0.0
-    marks: tuple[int, ...] = ()
+    marks: tuple[str, float] = ("a", 1.0)
+    count: int | None = None
+    cached: float = field(init=False, repr=False, compare=False)
     inner: "Dent | None" = None
     raw: object = None
 
@@ -46,7 +48,8 @@ TAKEN = [
     (list[list[float]], np.eye(2), [[1.0, 0.0], [0.0, 1.0]]),
     (Literal[1, 2], np.int8(2), 2),
     (Dent, Dent(0.001), Dent(0.001)),
-    (Dent, Dent(0.001, 0.0, (1, 2), Dent(0.002), "x"), Dent(0.001, 0.0, (1, 2), Dent(0.002), "x")),
+    (Dent, Dent(0.001, 0.0, ("b", 2.0), 3, Dent(None), "x"), Dent(0.001, 0.0, ("b", 2.0), 3, Dent(None), "x")),
+    (Dent, Dent(math.inf, count=np.int32(3)), Dent(math.inf, count=3)),
     (Dent | None, None, None),
     (Length | None, None, None),
     (Length | None, 0.001, 0.001),
@@ -75,11 +78,11 @@ REFUSED = [
     (list[Length], ["5 mm"], "not '5 mm'"),
     (Dent, 0.001, "a Dent, not 0.001"),
     (Dent | None, "none", "a Dent or None"),
-    (Dent, Dent("two"), "its field 'depth': it takes a Length .*, not 'two'"),
-    (Dent, Dent(math.nan), "its field 'depth': .* not nan; raise NoAnswer"),
-    (Dent, Dent(0.001, -0.1), "its field 'depth_sd': "),
-    (Dent, Dent(0.001, marks=(1, 2.5)), "its field 'marks': .* not 2.5"),
-    (list[Dent], [Dent(0.001), Dent(0.001, inner=Dent(None))], "its field 'inner': its field 'depth': .* not None"),
+    (Dent, Dent("two"), "its field 'depth' takes a number, not 'two'"),
+    (Dent, Dent(math.nan), "its field 'depth' takes a number, not nan"),
+    (Dent, Dent(0.001, -0.1), "its field 'depth_sd' takes a number that is not negative, not -0.1"),
+    (Dent, Dent(0.001, count=2.5), "its field 'count' takes a whole number or None, not 2.5"),
+    (list[Dent], [Dent(0.001), Dent(None)], "its field 'depth' takes a number, not None"),
 ]
 
 

@@ -101,7 +101,7 @@ class MonitoredArm(Mover[ArmDriver]):
         if off > _OFF:
             what = f"its driver says that the motion is done, and the hand is {1e3 * off:.1f} mm from its end"
             raise DeviceFault(
-                self.name, f"{what}; see where 'base' stands, and mend when the driver says so; then {NEW_RUN}"
+                self.name, f"{what}; mend the frame that its poses are in, or when the driver says so; then {NEW_RUN}"
             )
 
     def _check_speed(self, place: Reading[Pose]) -> None:

@@ -38,8 +38,9 @@ def unplayable(option: str, begin: Callable[[], object]) -> Iterator[Mistake]:
     """Yield why a recording that is there could not be played, as beginning it says."""
     try:
         begin()
-    except DeviceLost as lost:
-        yield option, lost.reason, "name another array, or record it anew"
+    except (DeviceLost, InvalidInput) as error:
+        reason = error.reason if isinstance(error, DeviceLost) else str(error)
+        yield option, reason, "name another array, or record it anew"
 
 
 def read_arrays(device: str, path: Path, keys: list[str]) -> dict[str, npt.NDArray[Any]]:

@@ -82,8 +82,8 @@ class Written:
         if changed is not None:
             return self._parse(self.size), changed
         last = reached[-1].events if reached else 0
-        # of a run that was killed the events of the last tick may be missing
-        if len(reached) < len(marks) - (0 if closed else 1):
+        # of a run that was killed the events of the last tick may be missing, of one that goes on those of more
+        if len(reached) < len(marks) - (0 if closed else 1) and not self._grows():
             self._parse(self.size)
             raise self._damaged(
                 self._line(last), f"from here on it is {marks[-1].events - self.size} bytes shorter than it was"
@@ -95,6 +95,10 @@ class Written:
     def unmarked(self) -> list[dict[str, Any]]:
         """Return the events of a file without marks, up to a last line that is cut off."""
         return self._parse(self._data.rfind(b"\n") + 1)
+
+    def _grows(self) -> bool:
+        """Whether the file has more bytes by now: its run goes on."""
+        return self.path.stat().st_size > self.size
 
     def _changed(self, marks: Sequence[Mark]) -> RecordError | None:
         """Return what says between which lines the first byte is that is not as it was written."""

@@ -265,7 +265,7 @@ _FAULTS = {
 
 
 def _decided(events: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the events that a replay repeats: not that a tick was late, nor faults as devices are stopped and closed at the end."""
+    """Yield the events that a replay repeats: not that a tick was late, nor faults once the task has ended, of which nodes tell the rest."""
     stopped = False
     for event in events:
         stopped = stopped or event["type"] == "stop"

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, LimitExceeded, NoAnswer, StaleReading
+from stretch_bt.errors import BeyondLimits, DeviceFault, LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.asked import check_asked
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
@@ -53,6 +53,15 @@ class _ReplayedDevice:
 
     def take(self, kind: str, name: str) -> Any:
         """Return the next recorded value, or raise the recorded fault or NoAnswer."""
+        item = self.log.peek(self.name)
+        if (
+            kind == "motion"
+            and item is not None
+            and item.kind == "unanswered"
+            and self.log.moves_after(self.name, name)
+        ):
+            # of the force, for which a motion that rises does not wait
+            self.journal.unanswered(self.name, self.log.take_next(self.name))
         try:
             return self.log.next(self.name, kind, name)
         except DeviceFault as fault:
@@ -72,7 +81,7 @@ class _ReplayedDevice:
     def raise_due(self) -> None:
         """Raise the fault that the record has next, if it has one."""
         if self.log.due_fault(self.name) is not None:
-            fault = self.log.take_fault(self.name)
+            fault = self.log.take_next(self.name)
             self.suffer(fault)
             raise fault
 
@@ -84,8 +93,10 @@ class _ReplayedDevice:
 
     def command(self, name: str, arguments: Mapping[str, Any], owner: str) -> Motion:
         """Note a command and return its motion, or raise the fault with which it was refused."""
-        if self.log.due_fault(self.name) is not None and not self.log.commanded(self.name, owner):
-            refused = self.log.take_fault(self.name)
+        due = self.log.due_fault(self.name)
+        nearer = isinstance(due, BeyondLimits) and self.log.moves_after(self.name, owner)  # tried once this was refused
+        if due is not None and (nearer or not self.log.commanded(self.name, owner)):
+            refused = self.log.take_next(self.name)
             self.journal.fault(self.name, refused)
             raise refused
         check_owner(self.name, owner)
@@ -94,11 +105,8 @@ class _ReplayedDevice:
         self.journal.command(self.name, name, arguments, owner)
         fault = self.log.due_fault(self.name)
         # a motion that began and was lost is told to stop; one that the device did not take is none
-        if (
-            fault is not None
-            and not isinstance(fault, LimitExceeded)
-            and not self.log.commanded(self.name, owner, "stop")
-        ):
+        of_later = isinstance(fault, LimitExceeded | StaleReading) or self.log.commanded(self.name, owner, "stop")
+        if fault is not None and not of_later:
             self.raise_due()
         self.current = _ReplayedMotion(self, owner)
         return self.current
@@ -131,7 +139,7 @@ class _ReplayedArm(_ReplayedDevice):
         reading: Reading[Wrench] = self.read("wrench")
         fault = self.log.due_fault(self.name)
         if isinstance(fault, LimitExceeded) and _is_of(fault, reading.value):
-            self.suffer(self.log.take_fault(self.name), halted=True)
+            self.suffer(self.log.take_next(self.name), halted=True)
             raise fault
         return reading
 

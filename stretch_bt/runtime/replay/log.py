@@ -64,10 +64,14 @@ class Log(Onlooker):
         fault: DeviceFault | None = item.value if item is not None and item.kind == "fault" else None
         return fault
 
-    def take_fault(self, device: str) -> DeviceFault:
-        """Take that fault."""
-        fault: DeviceFault = self.queues[device].popleft().value
-        return fault
+    def take_next(self, device: str) -> Any:
+        """Take what is next of a device: its value."""
+        return self.queues[device].popleft().value
+
+    def moves_after(self, device: str, owner: str, at: int = 1) -> bool:
+        """Whether a motion of an owner follows what is next of a device in this tick, from so many items on."""
+        later = list(self.queues.get(device, ()))[at:]
+        return any((item.kind, item.name) == ("motion", owner) for item in later)
 
     def commanded(self, device: str, owner: str, *names: str) -> bool:
         """Whether an owner gave a device a command in this tick, one of these names where any are given."""

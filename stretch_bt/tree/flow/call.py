@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Generator
+from collections.abc import Container, Generator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,13 +10,14 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark
-from stretch_bt.tree.cell import DEFAULT, MISSING, Cell
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
     from stretch_bt.tree.dataflow import DataFlow
+    from stretch_bt.tree.feeds import Relay
 
 __all__ = ["Call", "CallNode"]
 
@@ -77,12 +78,12 @@ class CallNode(FlowNode):
         local: list[tuple[Cell, Any]],
         finish: py_trees.behaviour.Behaviour | None = None,
         shared: list[tuple[Cell, Any]] | None = None,
-        relays: list[tuple[Cell, Cell, Any]] | None = None,
+        relays: Sequence[Relay] = (),
     ) -> None:
         super().__init__(path, child)
         self.local = local
         self.shared = shared or []  # keys of the caller that have a default here
-        self.relays = relays or []  # outputs that have a default, each with the key of the caller
+        self.relays = relays
         self.finish = finish
         self.result: Status | None = None
         self.entered = False
@@ -96,8 +97,8 @@ class CallNode(FlowNode):
         self.entered = True
         for cell, default in self.local:
             cell.reset(default)
-        for inner, _, default in self.relays:
-            inner.reset(default)
+        for relay in self.relays:
+            relay.begin()
         for cell, default in self.shared:
             if cell.value is MISSING and (default is not None or not cell.writer):
                 cell.give(default, self.path)
@@ -106,9 +107,8 @@ class CallNode(FlowNode):
         """Tick the body, then `finish`; what they did not write has its default once they succeeded."""
         status = yield from self._decided()
         if status is Status.SUCCESS:
-            for inner, outer, default in self.relays:
-                if inner.writer in ("", DEFAULT):
-                    outer.give(default, self.path)
+            for relay in self.relays:
+                relay.succeed(self.path)
         return status
 
     def _decided(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.cell import MISSING, Cell
-from stretch_bt.tree.flow.base import Known, Part
+from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
 from stretch_bt.tree.series import Series
 
@@ -75,6 +75,11 @@ class Passes:
         """Return what is written once the loop has begun; what it collects counts as read."""
         data.names |= set(self.collect.values()) | self.refused | self.doubted
         return known | self.lists
+
+    def ends(self, data: DataFlow, ends: Flow, known: Known, *keys: str) -> Flow:
+        """Return how a loop ends: it fails, too, where a key with bounds that itself or one of its passes writes is to leave them."""
+        bounded = data.bounded((*self.marks, *keys))
+        return Flow(ends.success, both(ends.failure, known)) if bounded else ends
 
     @property
     def lists(self) -> Known:

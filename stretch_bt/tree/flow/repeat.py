@@ -63,7 +63,8 @@ class _Counted(Part):
         data.read((self.count,), known)
         known = self.passes.begun(data, known)
         passed = self.do.flow(data, known)
-        return passed if runs_surely(self.count) else self.without_pass(passed, known)
+        ends = passed if runs_surely(self.count) else self.without_pass(passed, known)
+        return self.passes.ends(data, ends, known)
 
     def without_pass(self, passed: Flow, known: Known) -> Flow:
         """Return what is known where perhaps no pass is run: a success that nothing wrote for."""

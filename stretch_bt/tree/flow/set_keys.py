@@ -95,14 +95,10 @@ class SetKeys(Part):
             data.read([wire], known, beside=self.wires.keys() - {key})
         # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
         worked_out = [w for w in self.wires.values() if w.readings or not isinstance(w.expression, Name)]
-        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values())) or self._may_leave_bounds(
-            data
-        )
+        fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values()))
+        fails = fails or data.bounded(key for key, wire in self.wires.items() if not wire.is_constant)
+        fails = fails or data.bounded(name for wire in self.wires.values() for name, _ in wire.reads)
         return Flow(known | set(self.marks), known if fails else None)
-
-    def _may_leave_bounds(self, data: DataFlow) -> bool:
-        named = ((data.signature.declared(key), wire) for key, wire in self.wires.items() if not wire.is_constant)
-        return any(declared is not None and declared.own_bounds != (None, None) for declared, _ in named)
 
     def absent(self, known: Container[str]) -> set[str]:
         """Return the keys that it may leave without a value."""

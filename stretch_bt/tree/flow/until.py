@@ -72,7 +72,8 @@ class Until(Part):
         if ends.success is not None:
             data.read((self.that,), ends.success)
         failure = both(ends.failure, ends.success)
-        return Flow(ends.success, failure if runs_surely(self.max) else both(failure, known))
+        ends = Flow(ends.success, failure if runs_surely(self.max) else both(failure, known))
+        return self.passes.ends(data, ends, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""

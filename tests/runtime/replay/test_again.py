@@ -89,6 +89,11 @@ def pushed_later(arm: SimulatedArm) -> Reading[Wrench]:
     return Reading(Wrench((0.0, 0.0, 0.0 if now < 6.0 else 90.0)), now, now, round(1e3 * now))
 
 
+def old_force(arm: SimulatedArm) -> Reading[Wrench]:
+    then = arm.cell.now() - 0.2
+    return Reading(Wrench((0.0, 0.0, 0.0)), then, then, round(1e3 * then))
+
+
 #: what becomes of an arm that goes up: what its driver does in place of what it is to do
 BROKEN = {
     "too fast for the cell": {"follow": faster},
@@ -120,4 +125,46 @@ def test_a_run_that_a_fault_ended_replays_as_the_same(tmp_path, monkeypatch, nam
     monkeypatch.undo()
     assert result.status == "FAULT", result.reason
     found = replay(tmp_path / "record")
+    assert found.identical, found.first_difference
+
+
+NEARER = '''\
+from stretch_bt import Behavior, Status, Uses, node
+from stretch_bt.errors import BeyondLimits, StaleReading
+from stretch_bt.hardware.interfaces import Arm, MotionState
+
+@node
+class Nearer(Behavior):
+    """Go as far as is allowed, and look at a force that may be old meanwhile."""
+    arm: Uses[Arm]
+
+    def initialise(self):
+        here = self.arm.pose(1.0).value
+        for far in (1.5, 0.02):
+            try:
+                self.motion = self.arm.move(here.moved(z=far), speed=0.1, owner=self.path)
+                break
+            except BeyondLimits:
+                pass
+        try:
+            self.arm.wrench(1e-9)
+        except StaleReading:
+            pass
+
+    def update(self):
+        return Status.SUCCESS if self.motion.poll() is MotionState.DONE else Status.RUNNING
+'''
+
+
+def test_refusals_and_old_readings_that_a_node_catches_are_repeated(tmp_path, monkeypatch):
+    """A fault of a later reading was taken for that of the command, and a refusal for nothing where another command followed."""
+    monkeypatch.setattr(registry, "_nodes", dict(registry.load_all()))
+    (tmp_path / "goes_nearer.py").write_text(NEARER)
+    tree = "format: stretch-tree/1\nimports: {own: goes_nearer}\ndevices: {arm: Arm}\nscene: water_balloon\n"
+    (tmp_path / "tree.yaml").write_text(f"{tree}trees: {{main: {{sequence: [nearer]}}}}\n")
+    with monkeypatch.context() as patched:
+        patched.setattr(SimulatedArm, "wrench", old_force)
+        result = run(tmp_path / "tree.yaml", out=tmp_path / "record")
+    assert result.status == "SUCCESS", result.reason
+    found = replay(tmp_path / "record", trust=True)
     assert found.identical, found.first_difference
