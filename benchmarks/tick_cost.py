@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import ExitStack
+from threading import get_ident
 
 import py_trees
 from py_trees.common import Status
@@ -20,6 +21,7 @@ from py_trees.common import Status
 from stretch_bt.accuracy.runner.leaf import BenchmarkLeaf
 from stretch_bt.accuracy.runner.ticks import TREES, Tick, ours
 from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.forked import here, leave_if_forked
 from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.registry import node
 
@@ -38,27 +40,33 @@ class Unchecked:
 class UncheckedLeaf(BenchmarkLeaf):
     """Write what was read, and look neither at the value nor at whether there was one."""
 
-    def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
-        """Tick as a node does, without a look at what was written."""
-        self.ticking = True
-        try:
-            if self.status is not RUNNING:
-                self.feedback_message = ""
-                self.runs += 1
-                self.active = True
-                self.initialise()
-            status = self.update()
-        except NoAnswer:
-            status = FAILURE
-        if status is not RUNNING:
-            if status is not SUCCESS and status is not FAILURE:
-                raise NodeError(self.path, "no status")
-            self.stop(status)
-        self.status = status
-        self.ticking = False
-        yield self
+
+def unchecked_tick(self: Behavior) -> Generator[py_trees.behaviour.Behaviour, None, None]:
+    """Tick as a node does, without a look at what was written."""
+    self.ticked_by = get_ident()
+    self.ticking = True
+    try:
+        if self.status is not RUNNING:
+            self.feedback_message = ""
+            self.runs += 1
+            self.active = True
+            self.initialise()
+        status = self.update()
+    except NoAnswer:
+        status = FAILURE
+    if here.forked:
+        leave_if_forked()
+    if status is not RUNNING:
+        if status is not SUCCESS and status is not FAILURE:
+            raise NodeError(self.path, "no status")
+        self.stop(status)
+    self.status = status
+    self.ticking = False
+    yield self
 
 
+# a node may not override it
+UncheckedLeaf.tick = unchecked_tick  # type: ignore[method-assign]
 UncheckedLeaf.result = Unchecked()  # type: ignore[assignment]
 
 
