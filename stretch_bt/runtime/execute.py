@@ -12,7 +12,6 @@ from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
-from stretch_bt.hardware.monitored.base import Monitored
 from stretch_bt.runtime.context import Seen
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
@@ -266,15 +265,7 @@ def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
     if cell is None or not given.is_whole_cell:
         if missing:
             raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
-        for name in sorted(task.devices()):
-            interface, device = task.program.document.devices[name].interface, given.devices[name]
-            # one that has only what its tree uses is of no kind, and may have what belongs to another
-            sure = isinstance(device, Monitored) or isinstance(getattr(device, "kind", None), str)
-            if sure and not is_one(device, interface) and (kind := kind_of(device)) in INTERFACES:
-                what = (
-                    f"the tree needs {name!r}, a device of kind {interface.__name__}, and was given one of kind {kind}"
-                )
-                raise InvalidInput(f"{what}; give each device under the name that the tree declares")
+        _check_kinds(task, given)
         return None if cell is None else cell.spec
     from stretch_bt.runtime.reach import check_devices
 
@@ -282,6 +273,18 @@ def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
     if missing:
         raise InvalidInput(f"the tree needs {', '.join(missing)}, which this cell was opened without; leave out 'only'")
     return cell.spec
+
+
+def _check_kinds(task: Task, given: BorrowedDevices) -> None:
+    """Refuse a device that is surely of another kind; one that has what its tree uses, and perhaps more, is of none."""
+    from stretch_bt.hardware.monitored.base import Monitored
+
+    for name in sorted(task.devices()):
+        interface, device = task.program.document.devices[name].interface, given.devices[name]
+        sure = isinstance(device, Monitored) or isinstance(getattr(device, "kind", None), str)
+        if sure and not is_one(device, interface) and (kind := kind_of(device)) in INTERFACES:
+            what = f"the tree needs {name!r}, a device of kind {interface.__name__}, and was given one of kind {kind}"
+            raise InvalidInput(f"{what}; give each device under the name that the tree declares")
 
 
 def _clock(spec: CellSpec | None, given: BorrowedDevices | None) -> Clock:
