@@ -9,6 +9,7 @@ import typer
 from stretch_bt.cli.looking import AsJson
 from stretch_bt.cli.looking import Cell as CellName
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_INTERRUPTED, exit_code, print_findings
+from stretch_bt.cli.quantities import quantity_of
 from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def command(
     from stretch_bt.runtime.vertical_move import arm_of, check_distance
 
     spec = load_cell(cell)
-    name, by, fast = arm_of(spec, device), _distance(up, down), _quantity("Speed", speed)
+    name, by, fast = arm_of(spec, device), _distance(up, down), quantity_of("--speed", "Speed", speed)
     check_distance(spec, by)
     try:
         found, code = _moved(spec, name, by, fast, scene, yes=yes)
@@ -82,7 +83,9 @@ def _faulty(name: str, fault: DeviceFault) -> Finding:
     from stretch_bt.hardware.examine import AS_IT_SAYS
     from stretch_bt.hardware.finding import Finding
 
-    fix = "go less far, or more slowly" if isinstance(fault, BeyondLimits) else AS_IT_SAYS
+    slower = "speed" in fault.reason
+    beyond = "go more slowly" if slower else "go less far"
+    fix = beyond if isinstance(fault, BeyondLimits) else AS_IT_SAYS
     return Finding(name, False, fault.reason, fix)
 
 
@@ -90,13 +93,7 @@ def _distance(up: str | None, down: str | None) -> float:
     """Return how far the hand is to go, m, below 0 for down."""
     if (up is None) == (down is None):
         raise InvalidInput("name one of --up and --down, as in --up 10mm; nothing was moved")
-    by = _quantity("Length", up if up is not None else down)
+    by = quantity_of("--up", "Length", up) if up is not None else quantity_of("--down", "Length", str(down))
     if by <= 0:
         raise InvalidInput("the distance is more than 0 mm, as in --up 10mm; nothing was moved")
     return by if up is not None else -by
-
-
-def _quantity(kind: str, text: str | None) -> float:
-    from stretch_bt.units import KINDS
-
-    return KINDS[kind].parse(text)

@@ -52,6 +52,10 @@ def command(
     ] = None,
 ) -> None:
     """Write commented files to begin with, in the present folder."""
+    if what == "sweep":
+        raise InvalidInput(
+            "no sweep is written: docs/sweeps.md has one to copy, and `stretch-bt schema sweep` its keys"
+        )
     if what not in KINDS:
         raise InvalidInput(
             f"{what!r} is not a kind of file; {did_you_mean(what, KINDS) or 'one of ' + ', '.join(KINDS)}"

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.quantities import quantity_of
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS
 
 __all__ = ["command"]
 
@@ -25,7 +25,10 @@ def command(
     from stretch_bt.model import ForceModel
 
     model = ForceModel.load(calibration)
-    place = [KINDS["Length"].parse(text) for text in (radius, stretch, depth)]
+    given = {"--radius": radius, "--stretch": stretch, "--depth": depth}
+    place = [quantity_of(option, "Length", text) for option, text in given.items()]
+    if place[0] <= 0:
+        raise InvalidInput(f"--radius: a sphere has one above 0, not {radius}; write it as in 10mm")
     try:
         force, sd = model.predict(place[0], place[1], place[2])
     except InvalidInput as error:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.quantities import quantity_of
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.units import KINDS
 
@@ -38,19 +39,18 @@ def command(
         from stretch_bt.simulation.membrane.picture import check_picture
 
         check_picture(plot)  # before minutes of solving
-    length = KINDS["Length"].parse
     try:
         result = press(
             indenter,
-            length(stretch),
-            length(depth),
+            quantity_of("--stretch", "Length", stretch),
+            quantity_of("--depth", "Length", depth),
             solver=solver,
-            mesh=length(mesh) if mesh else None,
-            shear_modulus=KINDS["Pressure"].parse(shear_modulus),
-            mount_prestretch=length(mount_prestretch),
-            gauge=length(gauge),
-            at=_pair(at, "Length"),
-            tilt=_pair(tilt, "Angle"),
+            mesh=quantity_of("--mesh", "Length", mesh) if mesh else None,
+            shear_modulus=quantity_of("--shear-modulus", "Pressure", shear_modulus),
+            mount_prestretch=quantity_of("--mount-prestretch", "Length", mount_prestretch),
+            gauge=quantity_of("--gauge", "Length", gauge),
+            at=_pair("--at", at, "Length"),
+            tilt=_pair("--tilt", tilt, "Angle"),
             effects=[name.strip() for name in effects.split(",") if name.strip()],
         )
     except NoEquilibrium as error:
@@ -68,13 +68,13 @@ def command(
         _show(result)
 
 
-def _pair(text: str, kind: str) -> tuple[float, float]:
+def _pair(option: str, text: str, kind: str) -> tuple[float, float]:
     parts = text.split(",")
     if len(parts) != 2:
         raise InvalidInput(
-            f"{text!r} is not a pair; write two quantities with a comma, as in '5 {KINDS[kind].unit},0 {KINDS[kind].unit}'"
+            f"{option}: {text!r} is not a pair; write two quantities with a comma, as in '5 {KINDS[kind].unit},0 {KINDS[kind].unit}'"
         )
-    return KINDS[kind].parse(parts[0]), KINDS[kind].parse(parts[1])
+    return quantity_of(option, kind, parts[0]), quantity_of(option, kind, parts[1])
 
 
 def _draw(result: Any, path: Path) -> None:

@@ -35,7 +35,7 @@ _PAUSE = 0.002
 #: readings further apart than this, s, are too few for a run
 _SPARSE = 0.25
 #: what to do about a fault of a device
-AS_IT_SAYS = "do what the fault says; docs/field-devices.md has the shipped devices, docs/drivers.md how to write one"
+AS_IT_SAYS = "do what the fault says; docs/devices.md leads to the page of each shipped device, docs/drivers.md tells how to write one"
 #: an older one, s, is none of a device that answers
 _OLD = 2.0
 #: how far a device that stands may seem to go, m; how long one takes to stand, and a run that was stopped to let go of it, s

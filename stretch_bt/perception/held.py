@@ -13,11 +13,12 @@ from stretch_bt.perception.types import MaskArray
 __all__ = ["check_held"]
 
 # `python -m benchmarks.no_membrane`: solved presses to 30 mm deep at stretches of 0 to 60 mm, with 1 mm of noise, reach 0.07 at the
-# ends and have nothing behind the plane; no frame of a person at 0.45 to 1 m, wherever its plane is said to be, keeps to all three.
+# ends and have nothing of themselves behind the plane; 3 of some 800 frames of people at 0.45 to 1 m, wherever their plane is said to be, keep
+# to all three. Past the sides that a press of 30 mm draws in, a table is 7 % of what is seen.
 END = 0.1  # of the length seen, by which the median of an end may stand off the plane
 STRIP = 0.05  # of the length seen, which counts as its end
 BEHIND = 0.1  # of the length seen, that a membrane hangs behind its plane at most
-FEW = 0.005  # share of the pixels that may lie farther behind, beside single ones that fly
+FEW = 0.1  # share of the pixels that may lie farther behind, beside single ones that fly
 SHORTEST = 0.06  # m: what is seen of a membrane over less may all be lifted
 LEAST = 8  # bins along each side from which ends can be told
 

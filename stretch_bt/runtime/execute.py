@@ -188,7 +188,9 @@ class _Run:
     def drive(self, cell: Cell | BorrowedDevices | None) -> RunResult:
         """Tick to the end, close the devices, and write down what came of it."""
         built = self.task.built
-        truths, visits = Truths(built, cell.truth_of_simulated if cell is not None else dict), Visits()
+        # what follows from mocks was not found in the scene
+        known = dict if cell is None or self.task.mocks is not None else cell.truth_of_simulated
+        truths, visits = Truths(built, known), Visits()
         watchers: list[Watcher] = [self.record, truths, visits]
         sketches = None
         if truths.own and cell is not None and self.record.folder is not None:

@@ -102,6 +102,14 @@ def test_the_json_of_what_is_refused_says_why(cli, tmp_path, monkeypatch, words,
             "there/tree: No such file or directory; correct the name",
         ),
         (("show", "palpate_stiffness", "--format", "svg", "--wires"), "--wires belongs to the text form"),
+        (("move", "simulated", "--up", "10"), "--up: 10 has no unit; write '10 mm'"),
+        (("move", "simulated", "--up", "10 mm", "--speed", "1 m"), "--speed: 1 m is Length, not Speed"),
+        (("press", "--indenter", "sphere:20mm", "--stretch", "0 mm", "--depth", "5"), "--depth: 5 has no unit"),
+        (
+            ("press", "--indenter", "sphere:20mm", "--stretch", "0 mm", "--depth", "5 mm", "--at", "3"),
+            "--at: '3' is not a pair",
+        ),
+        (("new", "sweep", "mine"), "docs/sweeps.md has one to copy"),
     ],
 )
 def test_what_the_system_refuses_has_a_remedy(cli, tmp_path, monkeypatch, words, said):

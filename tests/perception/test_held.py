@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from no_membrane import LENS, UNIT, frame_of, rooms
 
+from stretch_bt import open_cell
 from stretch_bt.errors import IllConditioned
-from stretch_bt.frames import DepthFrame
+from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.perception import find_contact, load_depth_png, mask_membrane
+from stretch_bt.simulation.scene import load_scene
 
 ROOMS = rooms()
 
@@ -53,3 +55,26 @@ def test_a_membrane_that_is_lifted_at_one_side_and_seen_by_a_wild_camera_stays_o
     raw = np.rint(seen / UNIT).astype(np.uint16)
     frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
     assert len(find_contact(frame).points) > 500
+
+
+def test_a_table_past_the_sides_that_a_press_draws_in_is_none_of_the_membrane(surfaces):
+    """A deep press was taken for a room."""
+    depth = surfaces.render(surfaces.disc_press(14e-3, 20e-3), surfaces.camera())
+    rows, columns = depth.shape
+    middle = slice(rows // 3, 2 * rows // 3)
+    for side in (slice(columns // 10), slice(-(columns // 10), None)):
+        depth[middle, side] = surfaces.PLANE_DISTANCE + 0.022
+    noisy = surfaces.noisy(depth, 0.3e-3, np.random.default_rng(0))
+    raw = np.rint(noisy / UNIT).astype(np.uint16)
+    frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
+    assert len(find_contact(frame).points) > 500
+
+
+def test_a_deep_press_of_the_twin_is_one_of_a_membrane():
+    """`palpate_active` failed where it came to 17 mm, and boxes from 14 mm on were no membrane."""
+    top = load_scene("paper_cube").object.top
+    with open_cell("simulated", scene="paper_cube") as cell:
+        cell.arm.move(Pose((0.0, 0.0, top - 0.018)), speed=0.1, owner="test")
+        cell.do("wait", duration=2.0)
+        frame = cell.do("average_frames", count=2).frame
+        assert len(cell.do("segment_contact", frame=frame).contact.points) > 500

@@ -105,3 +105,13 @@ def test_a_height_above_the_membrane_is_not_compared_with_one_in_the_world():
     assert result.status == "SUCCESS"
     assert "highest" in result.outputs
     assert "highest" not in result.truth
+
+
+def test_what_follows_from_mocks_has_no_truth(tmp_path):
+    """A palpation whose heights were mocked was compared with a twin that nobody pressed."""
+    tree = "format: stretch-tree/1\ndevices: {arm: Arm, force_sensor: ForceSensor}\nscene: water_balloon\n"
+    body = "{out: [force], sequence: [wait: {duration: 1 s}, measure_force: {force}]}"
+    (tmp_path / "tree.yaml").write_text(f"{tree}trees: {{main: {body}}}\n")
+    for mocks, known in (({"mocks": [{"match": "main/wait"}]}, set()), (None, {"force"})):
+        result = run(tmp_path / "tree.yaml", mocks=mocks, record="none")
+        assert (result.status, result.truth.keys()) == ("SUCCESS", known), result.reason
