@@ -119,12 +119,7 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
         finally:
             driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(
-            check,
-            False,
-            _said(error),
-            AS_IT_SAYS,
-        )
+        return Finding(check, False, _said(error), AS_IT_SAYS)
 
 
 def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
@@ -183,12 +178,7 @@ def _ready(device: DeviceSpec, driver: Driver) -> Finding:
             finally:
                 driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(
-            check,
-            False,
-            _said(error),
-            AS_IT_SAYS,
-        )
+        return Finding(check, False, _said(error), AS_IT_SAYS)
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
 
 

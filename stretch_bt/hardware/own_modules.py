@@ -156,15 +156,14 @@ class Modules:
 
 
 #: modules of this package whose names own code imports, the likeliest first
-_PUBLIC = ("units", "errors", "hardware.interfaces", "perception", "model")
+_PUBLIC = tuple(f"stretch_bt.{home}" for home in ("units", "errors", "hardware.interfaces", "perception", "model"))
 
 
 def _mending(error: BaseException) -> str:
     """Return how to mend a module that cannot be imported; where a name of this package was sought in the wrong place, the right one."""
     sought = re.search(r"cannot import name '(\w+)' from 'stretch_bt\b", str(error))
-    homes = [f"stretch_bt.{home}" for home in _PUBLIC] if sought and isinstance(error, ImportError) else []
-    for home in homes:
-        if sought and hasattr(importlib.import_module(home), sought[1]):
+    for home in _PUBLIC if sought is not None and isinstance(error, ImportError) else ():
+        if sought is not None and hasattr(importlib.import_module(home), sought[1]):
             return f"write 'from {home} import {sought[1]}'"
     return "mend the module, or install what it needs"
 

@@ -70,8 +70,11 @@ class Truths(Onlooker):
 
     def _declared(self, path: str, key: str) -> Mapping[str, str]:
         """Return the truths that the port declares which a node has just written, unless it says that they are not of this value."""
-        node, port = self.ports.get((path, key), (None, None))
-        return {} if node is None or port is None or port.name in node.untold else port.truth
+        found = self.ports.get((path, key))
+        if found is None:
+            return {}
+        node, port = found
+        return {} if port.name in node.untold else port.truth
 
     def _known(self, key: str) -> Known:
         return self.held[key].known if key in self.held else {}

@@ -40,7 +40,6 @@ from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.written_keys import written_keys
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
@@ -194,7 +193,7 @@ class Builder:
             types = {name: d.type for name, d in (part.target.outs | part.target.inouts).items()}
             keys = part.outputs | part.inouts
         else:
-            names = {key: self.frame.scope.signature.declared(key) for key, _, _ in written_keys(part)}
+            names = {key: self.frame.scope.signature.declared(key) for key, _, _ in part.writes()}
             return {key: (self.cell(key), declared.type) for key, declared in names.items() if declared is not None}
         return {
             port: (self.cell(keys[port][0]) if port in keys else Cell(port), type_) for port, type_ in types.items()
@@ -352,7 +351,7 @@ class Builder:
         relays = []
         for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
             wired = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
-            if declared.has_default or declared.own_bounds != (None, None):
+            if declared.has_default or declared.bounded:
                 inner = frame.cells[declared.name] = _cell_of(declared, f"{path}/{declared.name}")
                 relays.append(Relay(inner, wired, declared.default if declared.has_default else MISSING))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
@@ -374,7 +373,7 @@ class Builder:
             cell.sd = None if error is None else error()
             return cell
         key, thunk = wire.single_key(), self.thunk(wire)
-        if declared.own_bounds != (None, None):
+        if declared.bounded:
             thunk = bounded(thunk, bounds_check(declared.name, declared.type, *declared.own_bounds))
         elif key is not None:
             return self.cell(key)
@@ -383,6 +382,6 @@ class Builder:
 
 def _cell_of(declared: Declared, name: str) -> Cell:
     """Return the cell of a declared name, which takes no value outside the bounds that the file gives it."""
-    if declared.own_bounds == (None, None):
+    if not declared.bounded:
         return Cell(name)
     return BoundedCell(name, bounds_check(f"${declared.name}", declared.type, *declared.own_bounds))

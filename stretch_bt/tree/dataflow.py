@@ -43,7 +43,7 @@ class DataFlow:
     def bounded(self, names: Iterable[str]) -> bool:
         """Whether one of these names has bounds, outside of which nothing is read or written."""
         declared = (self.signature.declared(name) for name in names)
-        return any(d is not None and d.own_bounds != (None, None) for d in declared)
+        return any(d is not None and d.bounded for d in declared)
 
     def read(self, wires: Iterable[Wire], known: Known, beside: Container[str] = ()) -> None:
         """Note each key that these wires read and that is not surely written; a record that was left out may be unset.

@@ -51,6 +51,11 @@ class Declared:
     #: the ports that an input reaches, whose docs say what it is for; read where they are shown, as that needs the source
     reaches: list[Port | Declared] = field(default_factory=list)
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the file itself gives it a bound."""
+        return self.own_bounds != (None, None)
+
 
 @dataclass(slots=True)
 class Param(Declared):

@@ -176,7 +176,7 @@ class _Checker:
         if part is not None:
             body = TreeBody(signature, part, finish)
             for inner in (part, *([finish] if finish else [])):
-                for key, who, mark in reader.writes(inner):
+                for key, who, mark in inner.writes():
                     body.writers.setdefault(key, []).append((who, mark))
             self.program.bodies[id(signature)] = body
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, unknown_key
 from stretch_bt.tree import registry
@@ -18,7 +17,6 @@ from stretch_bt.tree.node_wiring import NodeWiring
 from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
 from stretch_bt.tree.renamed import new_node
 from stretch_bt.tree.values import written
-from stretch_bt.tree.written_keys import written_keys
 
 __all__ = ["Reader"]
 
@@ -189,7 +187,7 @@ class Reader(NodeWiring):
         known = [*registry.load_all(), *self.document.node_names(), *self.document.tree_names(), *CONSTRUCTS, "run"]
         guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
         if (before := key.text.partition(":{")[0]) != key.text:
-            guess, hint = None, f"put a space after the colon: '{before}: {{...}}'"
+            hint = f"put a space after the colon: '{before}: {{...}}'"
             self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)
             return None
         hint = f"did you mean {guess!r}?" if guess else new_node(key.text) or did_you_mean(key.text, known)
@@ -247,8 +245,3 @@ class Reader(NodeWiring):
             self.error(tree.mark, "node-unknown", f"there is no tree {tree.text!r}", hint)
             return None
         return self.call(target, tree.mark, fields.get("with", Map((), key.mark)))
-
-    @staticmethod
-    def writes(part: Part) -> Iterator[tuple[str, str, Mark]]:
-        """Yield every key that a part writes, with who writes it and where."""
-        return written_keys(part)

@@ -77,10 +77,11 @@ class TreeScope:
             kinds = [kind for kind, interface in INTERFACES.items() if parts[1] in _readings(interface)]
             if kinds:
                 return f"add 'devices: {{{name}: {kinds[0]}}}'"
-        nodes = (signature.document.node(word) for word in _words(signature.body))
-        given = {port for info in nodes if info is not None for port in info.outputs}
-        if guess is None and (record := closest(name, given)) is not None:
-            return f"did you mean '{record}'? Name it where it is given: '{{{record}}}'"
+        if guess is None:
+            nodes = (signature.document.node(word) for word in _words(signature.body))
+            given = {port for info in nodes if info is not None for port in info.outputs}
+            if (record := closest(name, given)) is not None:
+                return f"did you mean '{record}'? Name it where it is given: '{{{record}}}'"
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
         if others and guess is None:
             return f"it belongs to tree {others[0]!r}; pass it through 'in', or write it in this tree"

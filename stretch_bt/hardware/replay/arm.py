@@ -12,7 +12,7 @@ from stretch_bt.errors import NotReady
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Mistake, Options, Poll
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.replay.npz import npz_mistakes, unplayable
+from stretch_bt.hardware.replay.npz import npz_mistakes
 from stretch_bt.hardware.replay.sixes import Sixes, opened
 
 __all__ = ["ReplayArm"]
@@ -29,9 +29,12 @@ class _Options(Options):
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield what is wrong with the file."""
         keys: dict[str, str | None] = {"pose": self.pose, "wrench": self.wrench, "time": self.time}
-        found = list(npz_mistakes(root, "file", self.file, keys))
-        yield from found or unplayable(
-            "file", lambda: Sixes("arm", root / self.file, self.time, [self.pose, self.wrench], lambda: 0.0)
+        yield from npz_mistakes(
+            root,
+            "file",
+            self.file,
+            keys,
+            lambda: Sixes("arm", root / self.file, self.time, [self.pose, self.wrench], lambda: 0.0),
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,7 +17,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.replay.frames import FrameArray, FrameFolder, Frames, png_files
-from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays, unplayable
+from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
 from stretch_bt.hardware.replay.tape import Tape
 from stretch_bt.source.arrays import unread_array
 from stretch_bt.units import Frequency, Length, Within
@@ -77,8 +77,8 @@ class _Options(Options):
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield what is wrong with the file or folder."""
         if self.file is not None:
-            found = list(npz_mistakes(root, "file", self.file, self.arrays()))
-            yield from found or unplayable("file", lambda: ReplayCamera.rehearse(self, root))
+            begin = partial(ReplayCamera.rehearse, self, root)
+            yield from npz_mistakes(root, "file", self.file, self.arrays(), begin)
         elif self.folder is not None and not png_files(root / self.folder):
             yield "folder", f"there are no PNG files in {self.folder!r}", "write a folder relative to the cell file"
 

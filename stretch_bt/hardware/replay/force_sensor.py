@@ -11,7 +11,7 @@ from pydantic import Field
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.driver import ForceSensorDriver, Mistake, Options
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.replay.npz import npz_mistakes, unplayable
+from stretch_bt.hardware.replay.npz import npz_mistakes
 from stretch_bt.hardware.replay.sixes import Sixes, opened
 from stretch_bt.hardware.wrenches import minus
 
@@ -27,9 +27,12 @@ class _Options(Options):
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield what is wrong with the file."""
-        found = list(npz_mistakes(root, "file", self.file, {"wrench": self.wrench, "time": self.time}))
-        yield from found or unplayable(
-            "file", lambda: Sixes("sensor", root / self.file, self.time, [self.wrench], lambda: 0.0)
+        yield from npz_mistakes(
+            root,
+            "file",
+            self.file,
+            {"wrench": self.wrench, "time": self.time},
+            lambda: Sixes("sensor", root / self.file, self.time, [self.wrench], lambda: 0.0),
         )
 
 

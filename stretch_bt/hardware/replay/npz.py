@@ -13,11 +13,13 @@ from stretch_bt.hardware.driver import Mistake, missing_file
 from stretch_bt.source import did_you_mean
 from stretch_bt.source.arrays import array_names, check_arrays, load_arrays
 
-__all__ = ["npz_mistakes", "read_arrays", "unplayable"]
+__all__ = ["npz_mistakes", "read_arrays"]
 
 
-def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]) -> Iterator[Mistake]:
-    """Yield what is wrong with a file, or with the array names that options give, by option."""
+def npz_mistakes(
+    root: Path, option: str, file: str, keys: dict[str, str | None], begin: Callable[[], object]
+) -> Iterator[Mistake]:
+    """Yield what is wrong with a file, or with the array names that options give, by option, or else why its recording cannot begin."""
     path = root / file
     missing = list(missing_file(root, option, file))
     if missing:
@@ -29,13 +31,11 @@ def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]
     except (OSError, InvalidInput) as error:
         yield option, str(error), "write one with numpy.savez"
         return
-    for name, key in keys.items():
-        if key is not None and key not in names:
-            yield name, f"{file!r} has no array {key!r}", did_you_mean(key, names)
-
-
-def unplayable(option: str, begin: Callable[[], object]) -> Iterator[Mistake]:
-    """Yield why a recording that is there could not be played, as beginning it says."""
+    unknown = {name: key for name, key in keys.items() if key is not None and key not in names}
+    for name, key in unknown.items():
+        yield name, f"{file!r} has no array {key!r}", did_you_mean(key, names)
+    if unknown:
+        return
     try:
         begin()
     except (DeviceLost, InvalidInput) as error:

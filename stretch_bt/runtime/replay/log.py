@@ -68,9 +68,9 @@ class Log(Onlooker):
         """Take what is next of a device: its value."""
         return self.queues[device].popleft().value
 
-    def moves_after(self, device: str, owner: str, at: int = 1) -> bool:
-        """Whether a motion of an owner follows what is next of a device in this tick, from so many items on."""
-        later = list(self.queues.get(device, ()))[at:]
+    def moves_after(self, device: str, owner: str) -> bool:
+        """Whether a motion of an owner follows what is next of a device in this tick."""
+        later = list(self.queues.get(device, ()))[1:]
         return any((item.kind, item.name) == ("motion", owner) for item in later)
 
     def commanded(self, device: str, owner: str, *names: str) -> bool:

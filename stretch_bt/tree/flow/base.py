@@ -140,6 +140,15 @@ class Part(ABC):
         """Return the keys that it may leave without a value where it ends with SUCCESS, of those `known` to be so already."""
         return set()
 
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield every key that it writes by itself, with who writes it and where."""
+        yield from ()
+
+    def writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield every key that it, or something inside it, writes, with who writes it and where."""
+        for part in self.walk():
+            yield from part.own_writes()
+
     def walk(self) -> Iterator[Part]:
         """Yield the part and everything inside it, in order, without entering the trees that it calls."""
         yield self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
@@ -41,6 +41,10 @@ class Broken(Part):
     def is_long(self) -> bool:
         """Nothing is known against it."""
         return False
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield every key that it names."""
+        yield from ((key, self.label, mark) for key, mark in self.keys.items())
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Whatever it names is taken to be written, before anything inside is run."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -71,6 +71,11 @@ class ForEach(Part):
     def written(self) -> dict[str, str]:
         """Return its settings."""
         return {"items": self.items.text, "as": f"${self.key}"} | self.passes.written()
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield the key of the items, and those of its passes."""
+        for key, mark in ((self.key, self.key_mark), *self.passes.marks.items()):
+            yield key, self.keyword, mark
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The list may be empty, unless it is known at load."""

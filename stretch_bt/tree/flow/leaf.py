@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -59,6 +59,10 @@ class Leaf(Part):
         data.read(self.inputs.values(), known)
         data.read_over(self.inouts, {name for name in self.inouts if not self.info.ports[name].required}, known)
         return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield the keys of its outputs, and of what it writes over."""
+        yield from ((key, self.label, mark) for key, mark in (*self.outputs.values(), *self.inouts.values()))
 
     def absent(self, known: Container[str]) -> set[str]:
         """Return the keys of outputs that may be none."""

@@ -107,7 +107,7 @@ class Parallel(Part):
     def _one_writer_each(self, reader: Reader) -> None:
         first: dict[str, Part] = {}
         for part in self.parts:
-            for key, writer, mark in reader.writes(part):
+            for key, writer, mark in part.writes():
                 other = first.setdefault(key, part)
                 if other is not part:
                     reader.error(

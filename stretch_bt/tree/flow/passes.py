@@ -52,7 +52,7 @@ class Passes:
                 collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'"
             )
             return
-        written = {key for key, _, _ in reader.writes(do)} if do is not None else set()
+        written = {key for key, _, _ in do.writes()} if do is not None else set()
         written |= {item} if item is not None else set()
         for key, value in collect:
             target = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "collect")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
@@ -57,6 +57,10 @@ class _Counted(Part):
     def written(self) -> dict[str, str]:
         """Return its settings."""
         return {self.counter: self.count.text} | self.passes.written()
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield the keys of its passes."""
+        yield from ((key, self.keyword, mark) for key, mark in self.passes.marks.items())
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """What a pass writes is surely there where at least one is run."""

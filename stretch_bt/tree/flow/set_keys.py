@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Generator, Mapping
+from collections.abc import Callable, Container, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -99,6 +99,10 @@ class SetKeys(Part):
         fails = fails or data.bounded(key for key, wire in self.wires.items() if not wire.is_constant)
         fails = fails or data.bounded(name for wire in self.wires.values() for name, _ in wire.reads)
         return Flow(known | set(self.marks), known if fails else None)
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield its keys."""
+        yield from ((key, self.keyword, mark) for key, mark in self.marks.items())
 
     def absent(self, known: Container[str]) -> set[str]:
         """Return the keys that it may leave without a value."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -63,6 +63,10 @@ class Until(Part):
     def written(self) -> dict[str, str]:
         """Return its settings."""
         return {"that": self.that.text, "max": self.max.text} | self.passes.written()
+
+    def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
+        """Yield the keys of its passes."""
+        yield from ((key, self.keyword, mark) for key, mark in self.passes.marks.items())
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The condition is asked after a pass, so it knows what the pass wrote."""
