@@ -1,3 +1,5 @@
+import gc
+import math
 import os
 import shutil
 import signal
@@ -32,40 +34,75 @@ settings.register_profile("shared", deadline=None, derandomize=True)
 settings.register_profile("search", deadline=None)
 settings.load_profile("shared")
 
-#: files that take longest, in this order: begun last, one of them would keep one process busy while the others have nothing left to do
+#: files that take longest, and so are begun first; those that wait for a wire lie between those that compute, which have the cores meanwhile
 LONGEST = (
-    "hardware/test_ur_faults.py",
-    "hardware/test_wired_run.py",
-    "runtime/test_mutations.py",
     "hardware/test_contract.py",
-    "trees/test_form_cookie.py",
-    "hardware/test_gripper_faults.py",
-    "hardware/test_camera_faults.py",
-    "trees/test_palpate_stiffness.py",
-    "docs/test_commissioning.py",
-    "trees/test_reconstruct.py",
-    "runtime/test_hand_calibration.py",
     "docs/test_docs.py",
-    "examples/test_device_packages.py",
-    "docs/test_drivers.py",
-    "examples/test_planted_faults.py",
-    "tree/test_modules.py",
-    "hardware/test_peak_force.py",
-    "trees/test_characterize.py",
-    "hardware/test_silence.py",
-    "cli/test_ends.py",
     "perception/solids/test_solids.py",
-    "hardware/test_camera.py",
-    "simulation/dough/test_tack.py",
-    "accuracy/test_membrane.py",
+    "hardware/test_wired_run.py",
     "hardware/test_scene_processes.py",
-    "model/calibration/test_calibrate.py",
-    "trees/test_palpate_active.py",
-    "runtime/test_stop_anywhere.py",
-    "hardware/test_off_effects.py",
-    "trees/test_shipped.py",
+    "hardware/test_ur_faults.py",
+    "trees/test_form_cookie.py",
+    "tree/test_modules.py",
+    "benchmarks/test_drift.py",
+    "trees/test_nothing_hidden.py",
+    "testing/test_device_contract.py",
+    "trees/test_reconstruct.py",
     "trees/test_contact_sensitivity.py",
-    "trees/test_again.py",
+    "simulation/test_world.py",
+    "trees/test_palpate_stiffness.py",
+    "trees/test_characterize.py",
+    "examples/test_device_packages.py",
+    "runtime/test_borrowed_devices.py",
+    "runtime/test_mutations.py",
+    "docs/test_drivers.py",
+    "accuracy/test_palpation.py",
+    "perception/test_noise_off_contact.py",
+    "cli/test_commands.py",
+    "docs/test_commissioning.py",
+    "sweep/test_run_item.py",
+    "runtime/test_reach.py",
+    "model/calibration/test_calibrate.py",
+    "examples/test_planted_faults.py",
+    "runtime/test_load_ahead.py",
+    "runtime/test_check.py",
+    "cli/test_ends.py",
+    "runtime/test_hand_calibration.py",
+    "test_compiled.py",
+    "accuracy/test_twin.py",
+    "perception/clouds/test_relief.py",
+    "sweep/test_engines.py",
+    "runtime/test_forked.py",
+    "cli/test_accuracy.py",
+    "runtime/test_determinism.py",
+    "hardware/test_camera_faults.py",
+    "runtime/report/panels/test_palpation.py",
+    "hardware/test_silence.py",
+    "trees/test_palpate_active.py",
+    "hardware/test_gripper_faults.py",
+    "runtime/test_stop_anywhere.py",
+    "perception/test_height_noise.py",
+    "perception/test_drum.py",
+    "hardware/test_ati.py",
+    "runtime/test_cut_off.py",
+    "cli/test_start.py",
+    "hardware/test_peak_force.py",
+    "cli/test_stop.py",
+    "perception/clouds/test_cloud.py",
+    "behaviors/test_track_height.py",
+    "cli/test_calibrate.py",
+    "cli/test_move.py",
+    "hardware/test_emulators.py",
+    "accuracy/test_perception.py",
+    "runtime/test_foreign_nodes.py",
+    "simulation/test_sheet_model.py",
+    "hardware/test_ur_stand_in.py",
+    "cli/test_look.py",
+    "hardware/test_camera.py",
+    "cli/test_emulate.py",
+    "hardware/test_unwatched.py",
+    "test_clock.py",
+    "hardware/test_ur_client_ports.py",
 )
 #: what goes by the clock of the machine, and so is held to deadlines
 BY_THE_CLOCK = (
@@ -76,7 +113,7 @@ BY_THE_CLOCK = (
     "runtime/test_hand_calibration.py",
     "behaviors/test_force_limit.py",
 )
-#: whose tests share nothing that is costly, and are spread over the processes one by one
+#: whose tests share nothing that is costly: one by one they keep all processes busy to the end
 SPREAD = ("hardcases/test_hardcases.py",)
 #: so often it is tried again where the machine was late
 AGAIN = 4
@@ -101,8 +138,8 @@ def pytest_unconfigure(config):
 
 
 def pytest_xdist_auto_num_workers():
-    """One process more than cores: tests that wait for a wire leave half of one free."""
-    return (os.cpu_count() or 1) + 1
+    """Two processes more than cores: a third of the time goes by while tests wait for a wire."""
+    return (os.cpu_count() or 1) + 2
 
 
 def pytest_xdist_setupnodes():
@@ -127,12 +164,18 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_collection_modifyitems(items):
-    """Put the tests of files that take longest first, and repeat what a late machine may have broken."""
-    ranks = {_FOLDER / name: rank for rank, name in enumerate(LONGEST)}
+    """Put the tests of files that take longest first, those that are spread last, and repeat what a late machine may have broken."""
+    ranks = {_FOLDER / name: rank for rank, name in enumerate(LONGEST)} | {_FOLDER / name: math.inf for name in SPREAD}
     items.sort(key=lambda item: ranks.get(item.path, len(LONGEST)))
     for item in items:
         if item.path.relative_to(_FOLDER).as_posix().startswith(BY_THE_CLOCK):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, condition=lateness.was_late))
+
+
+def pytest_collection_finish():
+    """Leave what is there for good out of later collections: ten thousand tests and what they import."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

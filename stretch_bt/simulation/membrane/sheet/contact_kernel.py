@@ -16,7 +16,7 @@ from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
 TIE = 1e-13  # penetration, sheet units, within which a flat face lies on the flat sheet: which points touch would be rounding
 
-__all__ = ["bounds", "contact", "gauss_points", "leftover", "middles", "tangents"]
+__all__ = ["bounds", "contact", "gauss_points", "leftover", "tangents", "within_reach"]
 
 
 @kernel()
@@ -55,6 +55,15 @@ def column_places(control: Any, ex: Any, ey: Any, v: Any, columns: Any) -> Any:
             )
 
 
+@kernel()
+def point_at(u: Any, columns: Any, unit: Any, origin: Any, rotation: Any, point: Any) -> Any:
+    """Fill a point (3,), m, body's frame: three functions u (3,) along x times the places of columns (3, 3)."""
+    x = u[0] * columns[0, 0] + u[1] * columns[1, 0] + u[2] * columns[2, 0]
+    y = u[0] * columns[0, 1] + u[1] * columns[1, 1] + u[2] * columns[2, 1]
+    z = u[0] * columns[0, 2] + u[1] * columns[1, 2] + u[2] * columns[2, 2]
+    to_body(x, y, z, unit, origin, rotation, point)
+
+
 @kernel(
     "void(float64[:,:,::1],int64[::1],float64[:,:,::1],float64[:,:,::1],float64,float64[::1],float64[:,::1],"
     "float64[:,::1])"
@@ -69,25 +78,54 @@ def gauss_points(
         for qy in range(vy.shape[1]):
             column_places(control, ex, ey, vy[ey, qy], columns)
             for qx in range(vx.shape[1]):
-                u0, u1, u2 = vx[ex, qx, 0], vx[ex, qx, 1], vx[ex, qx, 2]
-                x = u0 * columns[0, 0] + u1 * columns[1, 0] + u2 * columns[2, 0]
-                y = u0 * columns[0, 1] + u1 * columns[1, 1] + u2 * columns[2, 1]
-                z = u0 * columns[0, 2] + u1 * columns[1, 2] + u2 * columns[2, 2]
-                to_body(x, y, z, unit, origin, rotation, points[count])
+                point_at(vx[ex, qx], columns, unit, origin, rotation, points[count])
                 count += 1
 
 
-@kernel("void(float64[:,:,::1],float64[:,::1],float64[:,::1])")
-def middles(points: Any, centres: Any, apart: Any) -> Any:
-    """Fill the middle (e, 3) of the points (e, q, 3) of each element, and how far each is from it (e, q)."""
-    for e in range(points.shape[0]):
-        for c in range(3):
-            centres[e, c] = 0.0
-            for q in range(points.shape[1]):
-                centres[e, c] += points[e, q, c] / points.shape[1]
-        for q in range(points.shape[1]):
-            x, y, z = points[e, q, 0] - centres[e, 0], points[e, q, 1] - centres[e, 1], points[e, q, 2] - centres[e, 2]
-            apart[e, q] = np.sqrt(x * x + y * y + z * z)
+@kernel(
+    "UniTuple(int64,2)(float64[:,:,::1],int64[::1],float64[:,::1],float64[::1],float64[:,:,::1],float64[:,:,::1],float64,float64,"
+    "float64[::1],float64[:,::1],float64[:,::1],int64[::1],float64[::1])"
+)
+def within_reach(
+    control: Any,
+    elements: Any,
+    centres: Any,
+    distances: Any,
+    vx: Any,
+    vy: Any,
+    unit: Any,
+    reach: Any,
+    origin: Any,
+    rotation: Any,
+    points: Any,
+    places: Any,
+    least: Any,
+) -> Any:
+    """Keep, first in `elements`, those with a Gauss point that a body may reach; return their number and how many points it may reach.
+
+    `centres` (e, 3) and `distances` (e,) are of all elements, m, body's frame. Fills `least`, what the distance of each point of those
+    elements is at least, and, for points within reach, `points` (n, 3) and `places`, their numbers among the others.
+    """
+    nx, kept, count, columns = control.shape[1] - 2, 0, 0, np.empty((3, 3))
+    for k in range(elements.shape[0]):
+        e = elements[k]
+        ey, ex, before, q = e // nx, e % nx, count, kept * vx.shape[1] * vy.shape[1]
+        for qy in range(vy.shape[1]):
+            column_places(control, ex, ey, vy[ey, qy], columns)
+            for qx in range(vx.shape[1]):
+                point_at(vx[ex, qx], columns, unit, origin, rotation, points[count])
+                away = 0.0
+                for c in range(3):
+                    away += (points[count, c] - centres[e, c]) ** 2
+                least[q] = distances[e] - np.sqrt(away)
+                if least[q] < reach:
+                    places[count] = q
+                    count += 1
+                q += 1
+        if count > before:
+            elements[kept] = e
+            kept += 1
+    return kept, count
 
 
 @kernel()

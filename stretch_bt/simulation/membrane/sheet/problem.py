@@ -150,24 +150,24 @@ class Problem:
     def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
         """Return the elements that may touch at a Gauss point, and the gaps at their points, or what these surely exceed.
 
-        The distance changes by no more than a point moves: that at the middle of an element's points rules most of them out.
+        The distance changes by no more than a point moves: that at the middle of an element rules most of its points out.
         """
-        elements = np.arange(self.mesh.x.elements * self.mesh.y.elements)
-        points = seen(self.mesh, contact.body, control, self.unit, elements).reshape(len(elements), -1, 3)
-        centres, apart = np.empty((len(elements), 3)), np.empty(points.shape[:2])
-        contact_kernel.middles(points, centres, apart)
-        least = contact.body.indenter.gap(centres).distance[:, None] - apart
-        may = least < contact.offset * self.unit
-        close = np.nonzero(may.any(axis=1))[0]
-        some = contact.body.gap_seen(points[may])
-        gap = Gap(
-            least[close].reshape(-1),
-            np.zeros((close.size * apart.shape[1], 3)),
-            np.zeros((close.size * apart.shape[1], 6)),
-        )
-        for whole, known in zip(gap, some, strict=True):
-            whole[may[close].reshape(-1)] = known
-        return close, gap
+        body, reach = contact.body, contact.offset * self.unit
+        centres, radii = around(self.mesh, body, control, self.unit)
+        distances = body.indenter.gap(centres).distance
+        elements = np.nonzero(distances < radii + reach)[0]
+        x, y = self.mesh.touch
+        most = elements.size * x.value.shape[1] * y.value.shape[1]
+        points, places, least = np.empty((most, 3)), np.empty(most, dtype=np.int64), np.empty(most)
+        close, reached = contact_kernel.within_reach(
+            control, elements, centres, distances, x.value, y.value, self.unit, reach, body.origin, body.rotation,
+            points, places, least,
+        )  # fmt: skip
+        count = close * x.value.shape[1] * y.value.shape[1]
+        gap = Gap(least[:count], np.zeros((count, 3)), np.zeros((count, 6)))
+        for whole, known in zip(gap, body.gap_seen(points[:reached]), strict=True):
+            whole[places[:reached]] = known
+        return elements[:close], gap
 
     def _other(self, control: Array, mode: int, gradient: Array, band: Array) -> float:
         """Add weight and bending, where they act; return their energy."""
