@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -91,7 +91,7 @@ class SheetFidelity:
         """Return the solved shape."""
         solved = self._solve(place, depth, state, seen=not self.remembers)
         reached = solved.load == self._load(place, depth)  # a deeper one that stands in for it was not
-        return Pressed(_grid(solved.shape), (solved if reached else state) if self.remembers else None)
+        return Pressed(_grid(solved.shape, solved.points), (solved if reached else state) if self.remembers else None)
 
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, off centre or tilted with a part across."""
@@ -120,7 +120,8 @@ class SheetFidelity:
 
     def free(self, stretch: float) -> Skin:
         """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
-        return _grid(self.resting(stretch))
+        shape = self.resting(stretch)
+        return _grid(shape, shape.points)
 
     def _resting(self, stretch: float) -> Shape:
         from stretch_bt.simulation.membrane.sheet.hanging import hang
@@ -249,7 +250,7 @@ def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:
         kept.popitem(last=False)
 
 
-def _grid(shape: Shape) -> Grid:
-    """Return the shape on a grid that is even on the unstretched sheet."""
+def _grid(shape: Shape, points: Callable[[int, int], Array]) -> Grid:
+    """Return the points of a shape, which are asked for by their number along x and y, even on the unstretched sheet."""
     columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y))
-    return Grid(np.ascontiguousarray(shape.points(columns, rows)))
+    return Grid(np.ascontiguousarray(points(columns, rows)))

@@ -16,7 +16,7 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.simulation.membrane.sheet.spline import Array
+from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
 
 if TYPE_CHECKING:  # its kernels are compiled when a press has friction
     from stretch_bt.simulation.membrane.sheet.friction import FrictionMemory
@@ -153,6 +153,18 @@ class SheetPress:
         pulls = [g.force(c.body) for g, c in zip(self.memory.frictions, self.contacts, strict=False)]
         return np.asarray(np.sum([np.zeros(3), *pulls], axis=0) * self.sheet.force_unit)
 
+    def points(self, columns: int, rows: int) -> Array:
+        """Return (rows, columns, 3) float, m, membrane frame: the shape's points, those inside a body moved to its surface.
+
+        The sheet is held off a body at its quadrature points; between them it may pass through, under an edge by tenths of a millimetre.
+        """
+        points = np.ascontiguousarray(self.shape.points(columns, rows))
+        for contact in self.contacts:
+            part = points[_over(self.shape, contact, columns, rows)]
+            gap = contact.body.gap(part.reshape(-1, 3))
+            part += (np.maximum(-gap.distance, 0.0)[:, None] * gap.normal).reshape(part.shape)
+        return points
+
     def let_go(self) -> SheetPress:
         """Return it as what the sheet remembers of it once nothing touches: its softening, not how it slid."""
         return replace(self, memory=replace(self.memory, frictions=())) if self.memory.frictions else self
@@ -170,6 +182,22 @@ class SheetPress:
             _, _, sunk, area = _near(self.shape, contact)
             touching |= penetration > _least(contact, sunk, area)
         return touching
+
+
+def _over(shape: Shape, contact: Contact, columns: int, rows: int) -> tuple[slice, slice]:
+    """Return which of the rows and columns of a shape's points lie over elements that may come into a body."""
+    elements = near(shape.mesh, contact.body, shape.control, shape.unit, 0.0)
+    ey, ex = np.divmod(elements, shape.mesh.x.elements)
+    return _part(shape.mesh.y, ey, rows), _part(shape.mesh.x, ex, columns)
+
+
+def _part(axis: Axis, elements: npt.NDArray[np.int64], count: int) -> slice:
+    """Return which of so many even places along an axis lie between the first and the last of some elements."""
+    if not elements.size:
+        return slice(0, 0)
+    places = np.linspace(axis.breaks[0], axis.breaks[-1], count)
+    ends = axis.breaks[elements.min()], axis.breaks[elements.max() + 1]
+    return slice(int(np.searchsorted(places, ends[0])), int(np.searchsorted(places, ends[1], side="right")))
 
 
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
