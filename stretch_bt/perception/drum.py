@@ -22,7 +22,12 @@ __all__ = ["lift_of_flat", "lift_off"]
 FACTOR, DEPTH, SIZE, THICKNESS, STRAIN, ASPECT = 0.315, 0.781, -0.370, 0.103, -0.385, 0.762
 PART = 0.3
 LONGEST = 3.3  # of length over width, or the reverse: faces of 12 to 40 mm
-SLOPE = 40.0  # 1/m; slope of the skirt over the depth of the press: a round top whose membrane leaves it without a bend has it at its rim
+# A drum of that lift over a disc has a bow of 1: its curvature times the square of the radius over twice the lift. What part of the lift there
+# is over a top that is seen to bow, half of it at BOW, and the standard deviation of that part, since a flat top under a drum and one that bows
+# itself, which lifts nothing, are seen alike: from a bow of FIRST on, until it is clearly more than a drum's. Discs with tops of radii of 1.5
+# times theirs to none (`python -m benchmarks.bowed_tops`).
+BOW, POWER = 2.3, 3.5
+ALIKE, FIRST, CLEAR, CLEARER = 0.35, 1.5, 10.0, 6.0
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
 MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
@@ -74,10 +79,15 @@ def lift_off(
     if near.size < LEAST:
         return Estimate(0.5 * most, most * min(math.hypot(0.5, math.sqrt(0.5) * part), 1.0))
     top = Top(contact.at(near), middle, even=True)
-    tangent = SLOPE * depth / radius
-    flat = min(max(1.0 - top.curvature / tangent, 0.0), 1.0)
-    unsure = top.curvature_sd / tangent
-    return Estimate(flat * most, most * min(math.hypot(part * flat, unsure), 1.0))
+    bow, bow_sd = (value * radius**2 / (2.0 * most) for value in (top.curvature, top.curvature_sd))
+    flat, unsure = _part(bow), 0.5 * (_part(bow - bow_sd) - _part(bow + bow_sd))
+    alike = ALIKE * min(max(bow / FIRST, 0.0), 1.0) / (1.0 + (max(bow, 0.0) / CLEAR) ** CLEARER)
+    return Estimate(flat * most, most * min(math.hypot(part * flat, unsure, alike), 1.0))
+
+
+def _part(bow: float) -> float:
+    """Return what part of the lift of a flat top there is over one that bows."""
+    return float(1.0 / (1.0 + (max(bow, 0.0) / BOW) ** POWER))
 
 
 def _aspect(cloud: FloatArray) -> float:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bowed_tops import drawn as bowed
 from height_noise import NOISES, seen, surface_of
 from lift_off import SHEAR, by_law, drawn, lift_over
 
@@ -37,6 +38,16 @@ def test_presses_of_the_solved_sheet_lie_within_what_the_law_states():
     presses = [drawn(rng) for _ in range(16)]
     ratios = [(press.lift - by_law(press)) / (PART * by_law(press)) for press in presses]
     assert 0.3 < np.median(np.abs(ratios)) < 1.2
+    assert max(press.lift for press in presses) > 0.2e-3
+
+
+def test_a_top_that_bows_is_lifted_by_what_is_stated_and_a_flat_one_too():
+    """One that bows was taken for flat: the rms was 1.7."""
+    rng = np.random.default_rng(5)
+    presses = [bowed(rng) for _ in range(16)]
+    over = np.array([press.over for press in presses])
+    assert 0.5 < np.sqrt(np.mean(over**2)) < 1.3
+    assert 4 < sum(press.flat for press in presses) < 12
     assert max(press.lift for press in presses) > 0.2e-3
 
 
