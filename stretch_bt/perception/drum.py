@@ -27,7 +27,7 @@ LONGEST = 3.3  # of length over width, or the reverse: faces of 12 to 40 mm
 # itself, which lifts nothing, are seen alike: from a bow of FIRST on, until it is clearly more than a drum's. Discs with tops of radii of 1.5
 # times theirs to none (`python -m benchmarks.bowed_tops`).
 BOW, POWER = 2.3, 3.5
-ALIKE, FIRST, CLEAR, CLEARER = 0.35, 1.5, 10.0, 6.0
+ALIKE, FIRST, CLEAR, CLEARER = 0.35, 1.0, 10.0, 6.0
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
 MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
