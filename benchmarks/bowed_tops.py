@@ -61,13 +61,13 @@ def drawn(rng: np.random.Generator) -> Bowed:
     sheet = Sheet(gauge, 0.9 * gauge, thickness, NeoHookean(SHEAR), MOUNTED, Effects(sag=DENSITY, bending=True))
     body = HeightField(heights(half, edge, math.inf if flat else radius), PITCH)
     press = solve(sheet, Load(body, stretch, depth, (0.0, 0.0), (0.0, 0.0)), Settings.within(0.01))
-    points = press.points(COLUMNS, ROWS)
+    points = press.points_outside(COLUMNS, ROWS)
     away = np.hypot(points[..., 0], points[..., 1])
     outermost = float(np.hypot(*press.region().points[:, :2].T).max())
     labels = np.where(away <= outermost, CONTACT, UNDEFORMED).astype(np.uint8)
     strain = Estimate((MOUNTED + stretch) / gauge, 0.0)
     told = lift_off(points, labels, float(points[..., 2].max()), thickness, strain, gauge)
-    return Bowed(flat, max(float(press.shape.points(3, 3)[1, 1, 2]) - depth, 0.0), told)
+    return Bowed(flat, float(press.points_outside(3, 3)[1, 1, 2]) - depth, told)
 
 
 def heights(half: float, edge: float, radius: float) -> np.ndarray:

@@ -22,12 +22,14 @@ __all__ = ["lift_of_flat", "lift_off"]
 FACTOR, DEPTH, SIZE, THICKNESS, STRAIN, ASPECT = 0.315, 0.781, -0.370, 0.103, -0.385, 0.762
 PART = 0.3
 LONGEST = 3.3  # of length over width, or the reverse: faces of 12 to 40 mm
-# A drum of that lift over a disc has a bow of 1: its curvature times the square of the radius over twice the lift. What part of the lift there
-# is over a top that is seen to bow, half of it at BOW, and the standard deviation of that part, since a flat top under a drum and one that bows
-# itself, which lifts nothing, are seen alike: from a bow of FIRST on, until it is clearly more than a drum's. Discs with tops of radii of 1.5
-# times theirs to none (`python -m benchmarks.bowed_tops`).
+# The bow of a contact is its curvature times the square of its radius over twice the lift of a flat top: 1 for a drum of that lift. The sheet
+# is lifted by 1 / (1 + (bow / BOW)^POWER) of that. A flat top under a drum and a top that bows itself, which lifts nothing, look alike from a
+# bow of ALIKE_FROM to one of ALIKE_TO; the part has a standard deviation of ALIKE there, which falls off as 1 / (1 + (bow / ALIKE_TO)^ALIKE_POWER).
+# BOW and POWER fit 112 discs, half of them flat, the others with tops of 1.5 to 60 times their radius; the rest was set by hand to cover them.
+# `python -m benchmarks.bowed_tops` draws others.
 BOW, POWER = 2.3, 3.5
-ALIKE, FIRST, CLEAR, CLEARER = 0.35, 1.0, 10.0, 6.0
+ALIKE, ALIKE_FROM, ALIKE_TO, ALIKE_POWER = 0.35, 1.0, 10.0, 6.0
+CLEAR = 1e3  # a bow that is clearly none of a drum
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
 MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
@@ -79,15 +81,23 @@ def lift_off(
     if near.size < LEAST:
         return Estimate(0.5 * most, most * min(math.hypot(0.5, math.sqrt(0.5) * part), 1.0))
     top = Top(contact.at(near), middle, even=True)
-    bow, bow_sd = (value * radius**2 / (2.0 * most) for value in (top.curvature, top.curvature_sd))
-    flat, unsure = _part(bow), 0.5 * (_part(bow - bow_sd) - _part(bow + bow_sd))
-    alike = ALIKE * min(max(bow / FIRST, 0.0), 1.0) / (1.0 + (max(bow, 0.0) / CLEAR) ** CLEARER)
-    return Estimate(flat * most, most * min(math.hypot(part * flat, unsure, alike), 1.0))
+    if most == 0.0:
+        return Estimate(0.0, 0.0)
+    bow, bow_sd = (min(value * radius**2 / (2.0 * most), CLEAR) for value in (top.curvature, top.curvature_sd))
+    least, greatest = _part(bow + bow_sd), _part(bow - bow_sd)
+    flat, unsure = 0.5 * (greatest + least), 0.5 * (greatest - least)
+    return Estimate(flat * most, most * min(math.hypot(part * flat, unsure, _alike(bow)), 1.0))
 
 
 def _part(bow: float) -> float:
     """Return what part of the lift of a flat top there is over one that bows."""
     return float(1.0 / (1.0 + (max(bow, 0.0) / BOW) ** POWER))
+
+
+def _alike(bow: float) -> float:
+    """Return the standard deviation of that part, as flat tops and others look alike."""
+    bow = max(bow, 0.0)
+    return float(ALIKE * min(bow / ALIKE_FROM, 1.0) / (1.0 + (bow / ALIKE_TO) ** ALIKE_POWER))
 
 
 def _aspect(cloud: FloatArray) -> float:

@@ -41,14 +41,25 @@ def test_presses_of_the_solved_sheet_lie_within_what_the_law_states():
     assert max(press.lift for press in presses) > 0.2e-3
 
 
-def test_a_top_that_bows_is_lifted_by_what_is_stated_and_a_flat_one_too():
-    """One that bows was taken for flat: the rms was 1.7."""
+def test_tops_that_bow_and_flat_ones_are_lifted_by_what_is_stated():
+    """A law that took those that bow for flat was off by 1.9 stated deviations, and by up to 5."""
     rng = np.random.default_rng(5)
-    presses = [bowed(rng) for _ in range(16)]
-    over = np.array([press.over for press in presses])
-    assert 0.5 < np.sqrt(np.mean(over**2)) < 1.3
-    assert 4 < sum(press.flat for press in presses) < 12
+    presses = [bowed(rng) for _ in range(20)]
+    for flat in (True, False):
+        over = np.array([press.over for press in presses if press.flat == flat])
+        assert len(over) > 6
+        assert 0.3 < np.sqrt(np.mean(over**2)) < 1.3
     assert max(press.lift for press in presses) > 0.2e-3
+
+
+@pytest.mark.parametrize("thickness", [1e-300, 1e-60, 1e300])
+@pytest.mark.parametrize("gauge", [1e-3, 1e300])
+def test_a_lift_of_any_size_is_a_number(thickness, gauge):
+    surface = surface_of("sphere", 0)
+    contact = find_contact(seen(surface, NOISES["SR305"], np.random.default_rng(0)))
+    lift = lift_off(contact.surface, contact.labels, surface.top, thickness, STRAIN, gauge)
+    assert 0.0 <= lift.value <= lift_of_flat(surface.top, 1e-2, thickness, STRAIN.value, gauge)
+    assert not np.isnan(lift.sd)
 
 
 @pytest.mark.parametrize("number", range(4))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -91,7 +91,8 @@ class SheetFidelity:
         """Return the solved shape."""
         solved = self._solve(place, depth, state, seen=not self.remembers)
         reached = solved.load == self._load(place, depth)  # a deeper one that stands in for it was not
-        return Pressed(_grid(solved.shape, solved.points), (solved if reached else state) if self.remembers else None)
+        skin = Grid(solved.points_outside(*_counts(solved.shape)))
+        return Pressed(skin, (solved if reached else state) if self.remembers else None)
 
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, off centre or tilted with a part across."""
@@ -121,7 +122,7 @@ class SheetFidelity:
     def free(self, stretch: float) -> Skin:
         """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
         shape = self.resting(stretch)
-        return _grid(shape, shape.points)
+        return Grid(np.ascontiguousarray(shape.points(*_counts(shape))))
 
     def _resting(self, stretch: float) -> Shape:
         from stretch_bt.simulation.membrane.sheet.hanging import hang
@@ -250,7 +251,7 @@ def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:
         kept.popitem(last=False)
 
 
-def _grid(shape: Shape, points: Callable[[int, int], Array]) -> Grid:
-    """Return the points of a shape, which are asked for by their number along x and y, even on the unstretched sheet."""
+def _counts(shape: Shape) -> tuple[int, int]:
+    """Return how many columns and rows a grid has that is even on the unstretched sheet."""
     columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y))
-    return Grid(np.ascontiguousarray(points(columns, rows)))
+    return columns, rows

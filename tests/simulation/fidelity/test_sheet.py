@@ -6,6 +6,9 @@ import pytest
 from stretch_bt.simulation.effects.friction import Friction
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
+from stretch_bt.simulation.membrane.indenters.cube import Cube
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet import newton, solver
@@ -61,3 +64,33 @@ def test_what_rounding_keeps_from_balancing_any_better_is_solved(left, step, sol
     totals = np.zeros((1, 8))
     totals[0, 2] = 1.0
     assert newton._rounded(Evaluation(1.0, gradient, totals, np.zeros(3)), direction) is solved
+
+
+BODIES = {
+    "ball": Sphere(0.012),
+    "disc": Cylinder(0.02),
+    "cube": Cube(0.025),
+    "two balls": Several((Part(Sphere(0.012), (-0.01, 0.0)), Part(Sphere(0.016), (0.01, 0.004), 0.001))),
+}
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (0.004, 0.027)])
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.4, 0.3), (0.7, 0.0)])
+@pytest.mark.parametrize("body", BODIES)
+def test_no_point_that_a_camera_sees_lies_below_the_top_of_the_body(body, tilt, at):
+    """Between quadrature points the solved shape does: of cubes on their edge by 0.3 to 0.9 mm."""
+    place = Place(BODIES[body], None, at, 0.0, tilt, 0.02, 0.01, passing=True)
+    sheet = SheetFidelity(*SHEET)
+    seen = sheet.press(place, 0.01, None).skin.points
+    solved = sheet._last[place].solved
+    shape = solved.shape.points(seen.shape[1], seen.shape[0])
+    raised = seen[..., 2] - shape[..., 2]
+    np.testing.assert_array_equal(seen[..., :2], shape[..., :2])
+    assert raised.min() == 0.0
+    for contact in solved.contacts:
+        before, after = (contact.body.gap(points.reshape(-1, 3)) for points in (shape, seen))
+        top = before.normal[:, 2] > 0.5
+        assert after.distance[top].min() > -2e-5
+        untouched = (raised == 0.0).ravel()
+        np.testing.assert_array_equal(after.distance[untouched], before.distance[untouched])
+    assert 1e-5 < raised.max() < 1.2e-3

@@ -101,10 +101,11 @@ def within_reach(
     places: Any,
     least: Any,
 ) -> Any:
-    """Keep, first in `elements`, those with a Gauss point that a body may reach; return their number and how many points it may reach.
+    """Return how many of some elements have a Gauss point that a body may reach, and how many such points there are.
 
-    `centres` (e, 3) and `distances` (e,) are of all elements, m, body's frame. Fills `least`, what the distance of each point of those
-    elements is at least, and, for points within reach, `points` (n, 3) and `places`, their numbers among the others.
+    These elements are moved to the front of `elements`. `centres` (e, 3) and `distances` (e,) are of all elements, m, body's frame. Fills
+    `least` with a lower bound of the distance of each point of those elements, `points` (n, 3) with the points within reach, and `places`
+    with their numbers among all points of those elements.
     """
     nx, kept, count, columns = control.shape[1] - 2, 0, 0, np.empty((3, 3))
     for k in range(elements.shape[0]):

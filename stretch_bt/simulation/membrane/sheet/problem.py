@@ -150,7 +150,7 @@ class Problem:
     def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
         """Return the elements that may touch at a Gauss point, and the gaps at their points, or what these surely exceed.
 
-        The distance changes by no more than a point moves: that at the middle of an element rules most of its points out.
+        The distance changes by no more than a point moves: that at an element's middle control point rules most of its points out.
         """
         body, reach = contact.body, contact.offset * self.unit
         centres, radii = around(self.mesh, body, control, self.unit)

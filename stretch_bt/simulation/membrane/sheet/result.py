@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.sheet import contact_kernel
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -22,6 +23,8 @@ if TYPE_CHECKING:  # its kernels are compiled when a press has friction
     from stretch_bt.simulation.membrane.sheet.friction import FrictionMemory
 
 _FLAT = 0.25  # of the offset; inside the rim of a flat face the sheet rests on it without pressure, but for small waves
+_STEEP = 0.3  # of a normal, its part along z below which it is that of a side
+_STEPS = 8  # by which what is left below a top of a slope of 45 degrees falls to a thousandth
 _GRID = 141  # places across the sheet that a height map is interpolated from
 
 __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
@@ -153,16 +156,16 @@ class SheetPress:
         pulls = [g.force(c.body) for g, c in zip(self.memory.frictions, self.contacts, strict=False)]
         return np.asarray(np.sum([np.zeros(3), *pulls], axis=0) * self.sheet.force_unit)
 
-    def points(self, columns: int, rows: int) -> Array:
-        """Return (rows, columns, 3) float, m, membrane frame: the shape's points, those inside a body moved to its surface.
+    def points_outside(self, columns: int, rows: int) -> Array:
+        """Return (rows, columns, 3) float, m, membrane frame: the shape's points, those below the top of a body raised onto it.
 
         The sheet is held off a body at its quadrature points; between them it may pass through, under an edge by tenths of a millimetre.
+        Points inside a steep side stay where they are.
         """
         points = np.ascontiguousarray(self.shape.points(columns, rows))
         for contact in self.contacts:
-            part = points[_over(self.shape, contact, columns, rows)]
-            gap = contact.body.gap(part.reshape(-1, 3))
-            part += (np.maximum(-gap.distance, 0.0)[:, None] * gap.normal).reshape(part.shape)
+            part = points[_slices_near(self.shape, contact, columns, rows)]
+            part[..., 2] += _below(contact.body, part.reshape(-1, 3)).reshape(part.shape[:2])
         return points
 
     def let_go(self) -> SheetPress:
@@ -175,7 +178,7 @@ class SheetPress:
         return Region(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
 
     def touches(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Return which of the points (n, 3), m, membrane frame, on the sheet are in contact."""
+        """Return which of the points (n, 3), m, membrane frame, of the shape as it was solved are in contact."""
         touching = np.zeros(len(points), dtype=np.bool_)
         for contact in self.contacts:
             penetration = contact.offset - contact.body.gap(np.ascontiguousarray(points)).distance / self.shape.unit
@@ -184,20 +187,34 @@ class SheetPress:
         return touching
 
 
-def _over(shape: Shape, contact: Contact, columns: int, rows: int) -> tuple[slice, slice]:
-    """Return which of the rows and columns of a shape's points lie over elements that may come into a body."""
+def _slices_near(shape: Shape, contact: Contact, columns: int, rows: int) -> tuple[slice, slice]:
+    """Return which rows and columns of a shape's points lie over elements that may come into a body."""
     elements = near(shape.mesh, contact.body, shape.control, shape.unit, 0.0)
     ey, ex = np.divmod(elements, shape.mesh.x.elements)
-    return _part(shape.mesh.y, ey, rows), _part(shape.mesh.x, ex, columns)
+    return _slice_over(shape.mesh.y, ey, rows), _slice_over(shape.mesh.x, ex, columns)
 
 
-def _part(axis: Axis, elements: npt.NDArray[np.int64], count: int) -> slice:
+def _slice_over(axis: Axis, elements: npt.NDArray[np.int64], count: int) -> slice:
     """Return which of so many even places along an axis lie between the first and the last of some elements."""
     if not elements.size:
         return slice(0, 0)
     places = np.linspace(axis.breaks[0], axis.breaks[-1], count)
     ends = axis.breaks[elements.min()], axis.breaks[elements.max() + 1]
     return slice(int(np.searchsorted(places, ends[0])), int(np.searchsorted(places, ends[1], side="right")))
+
+
+def _below(body: Placed, points: Array) -> Array:
+    """Return how far below the top of a body points (n, 3) lie, m: 0 outside it and in its steep sides.
+
+    The surface is no nearer above a point than its distance, so that steps of that length never pass it.
+    """
+    gap, below = body.gap(points), np.zeros(len(points))
+    inside = np.flatnonzero((gap.distance < 0.0) & (gap.normal[:, 2] > _STEEP))
+    raised = points[inside]
+    for _ in range(_STEPS if inside.size else 0):
+        raised[:, 2] -= np.minimum(body.gap(raised).distance, 0.0)
+    below[inside] = raised[:, 2] - points[inside, 2]
+    return below
 
 
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
