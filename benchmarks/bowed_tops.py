@@ -26,11 +26,10 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.result import Load
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.solver import solve
+from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 from stretch_bt.threads import one_thread
 from stretch_bt.units import Estimate
 
-SHEAR = 68.4e3  # Pa
-MOUNTED = 11.9e-3  # m by which the mounts stretch the sheet
 STRETCHES = (0.0, 0.0, 10e-3, 20e-3, 40e-3, 60e-3)  # m
 PITCH, AROUND, STEEP = 0.25e-3, 3e-3, 8.0  # m between heights and beside the disc; slope of its side
 ROWS, COLUMNS = 221, 181
@@ -58,14 +57,16 @@ def drawn(rng: np.random.Generator) -> Bowed:
     flat, radius = rng.random() < 0.5, half * float(np.exp(rng.uniform(math.log(1.5), math.log(60.0))))
     depth, stretch = float(rng.uniform(3e-3, 12e-3)), float(rng.choice(STRETCHES))
     gauge, thickness = float(rng.uniform(80e-3, 110e-3)), float(rng.uniform(1.2e-3, 2e-3))
-    sheet = Sheet(gauge, 0.9 * gauge, thickness, NeoHookean(SHEAR), MOUNTED, Effects(sag=DENSITY, bending=True))
+    sheet = Sheet(
+        gauge, 0.9 * gauge, thickness, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH, Effects(sag=DENSITY, bending=True)
+    )
     body = HeightField(heights(half, edge, math.inf if flat else radius), PITCH)
     press = solve(sheet, Load(body, stretch, depth, (0.0, 0.0), (0.0, 0.0)), Settings.within(0.01))
     points = press.points_outside(COLUMNS, ROWS)
     away = np.hypot(points[..., 0], points[..., 1])
     outermost = float(np.hypot(*press.region().points[:, :2].T).max())
     labels = np.where(away <= outermost, CONTACT, UNDEFORMED).astype(np.uint8)
-    strain = Estimate((MOUNTED + stretch) / gauge, 0.0)
+    strain = Estimate((MOUNT_PRESTRETCH + stretch) / gauge, 0.0)
     told = lift_off(points, labels, float(points[..., 2].max()), thickness, strain, gauge)
     return Bowed(flat, float(press.points_outside(3, 3)[1, 1, 2]) - depth, told)
 

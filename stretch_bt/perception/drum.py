@@ -76,16 +76,16 @@ def lift_off(
     middle, away, radius = disc_of(contact.cloud)
     depth, radius = max(height, SHALLOW), max(radius, SMALL)
     most = lift_of_flat(depth, radius, thickness, strain.value, gauge, _aspect(contact.cloud))
+    if most == 0.0:
+        return Estimate(0.0, 0.0)
     part = math.hypot(PART, STRAIN * strain.sd / strain.value)
     near = np.flatnonzero(away <= (INSIDE * radius) ** 2)
     if near.size < LEAST:
         return Estimate(0.5 * most, most * min(math.hypot(0.5, math.sqrt(0.5) * part), 1.0))
     top = Top(contact.at(near), middle, even=True)
-    if most == 0.0:
-        return Estimate(0.0, 0.0)
     bow, bow_sd = (min(value * radius**2 / (2.0 * most), CLEAR) for value in (top.curvature, top.curvature_sd))
-    least, greatest = _part(bow + bow_sd), _part(bow - bow_sd)
-    flat, unsure = 0.5 * (greatest + least), 0.5 * (greatest - least)
+    flat = _part(bow)
+    unsure = max(_part(bow - bow_sd) - flat, flat - _part(bow + bow_sd))
     return Estimate(flat * most, most * min(math.hypot(part * flat, unsure, _alike(bow)), 1.0))
 
 

@@ -152,18 +152,17 @@ class Problem:
 
         The distance changes by no more than a point moves: that at an element's middle control point rules most of its points out.
         """
-        body, reach = contact.body, contact.offset * self.unit
-        centres, radii = around(self.mesh, body, control, self.unit)
-        distances = body.indenter.gap(centres).distance
-        elements = np.nonzero(distances < radii + reach)[0]
+        body = contact.body
+        elements, centres, distances = _reachable(self.mesh, body, control, self.unit, contact.offset)
         x, y = self.mesh.touch
-        most = elements.size * x.value.shape[1] * y.value.shape[1]
+        each = x.value.shape[1] * y.value.shape[1]
+        most = elements.size * each
         points, places, least = np.empty((most, 3)), np.empty(most, dtype=np.int64), np.empty(most)
         close, reached = contact_kernel.within_reach(
-            control, elements, centres, distances, x.value, y.value, self.unit, reach, body.origin, body.rotation,
-            points, places, least,
+            control, elements, centres, distances, x.value, y.value, self.unit, contact.offset * self.unit,
+            body.origin, body.rotation, points, places, least,
         )  # fmt: skip
-        count = close * x.value.shape[1] * y.value.shape[1]
+        count = close * each
         gap = Gap(least[:count], np.zeros((count, 3)), np.zeros((count, 6)))
         for whole, known in zip(gap, body.gap_seen(points[:reached]), strict=True):
             whole[places[:reached]] = known
@@ -222,8 +221,16 @@ def around(mesh: Mesh, body: Placed, control: Array, unit: float) -> tuple[Array
 
 def near(mesh: Mesh, body: Placed, control: Array, unit: float, reach: float) -> npt.NDArray[np.int64]:
     """Return the elements that may come within `reach` of a body: the distance changes by no more than a point moves."""
+    return _reachable(mesh, body, control, unit, reach)[0]
+
+
+def _reachable(
+    mesh: Mesh, body: Placed, control: Array, unit: float, reach: float
+) -> tuple[npt.NDArray[np.int64], Array, Array]:
+    """Return the same, with the middles (n, 3) of all elements as the body sees them, and how far these are from it (n,), m."""
     centres, radii = around(mesh, body, control, unit)
-    return np.nonzero(body.indenter.gap(centres).distance < radii + reach * unit)[0]
+    distances = body.indenter.gap(centres).distance
+    return np.nonzero(distances < radii + reach * unit)[0], centres, distances
 
 
 def seen(mesh: Mesh, body: Placed, control: Array, unit: float, elements: npt.NDArray[np.int64]) -> Array:
