@@ -59,8 +59,14 @@ def borrow(devices: Mapping[str, Device]) -> BorrowedDevices:
     Raises
     ------
     InvalidInput
-        They go by two clocks or by none, or are of two cells.
+        They go by two clocks or by none, are of two cells, or one has two names, so that no record could say who moved it.
     """
+    names = {id(device): name for name, device in devices.items()}
+    for name, device in devices.items():
+        if names[id(device)] != name:
+            raise InvalidInput(
+                f"{name!r} and {names[id(device)]!r} are one device; declare it once in the tree, and use that name in all nodes"
+            )
     borrowed = BorrowedDevices(devices)
     lender = next((each for each in lenders if each.is_open and each.hand is borrowed.hand), None)
     return borrowed if lender is None else lender.lend(devices)

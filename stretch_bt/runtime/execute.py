@@ -311,6 +311,10 @@ def _scene(task: Task, spec: CellSpec | None, given: BorrowedDevices | None) -> 
 
     if task.scene is None:
         why = "name one with --scene: that of the tree counts where no cell is named"
+        if task.mocks is not None:
+            what, *others = task.unmocked()
+            more = f" and {len(others)} more" if others else ""
+            why = f"no mock stands for {what!r}{more}: mock it, or name a scene with --scene"
         raise InvalidInput(f"{spec.path.name} has simulated devices and needs a scene; {why}")
     return demand(load_scene(task.scene), task.tolerance)
 

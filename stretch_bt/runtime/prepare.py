@@ -88,6 +88,11 @@ class Task:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""
         return self.built.needed(self.context.mocked_readings)
 
+    def unmocked(self) -> list[str]:
+        """Return what keeps a run on mocks from going without a cell: paths of nodes that use devices, and readings."""
+        nodes = [path for path, node in self.built.nodes.items() if isinstance(node, Behavior) and node.device_names]
+        return nodes + sorted(self.built.readings - self.context.mocked_readings.keys())
+
     def cell_spec(self) -> CellSpec | None:
         """Return the cell that the run opens, checked against what the tree declares; None when it needs none."""
         wanted = self.devices()

@@ -15,6 +15,7 @@ from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.known_values import known_values
 from stretch_bt.tree.lost_errors import lost_errors
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
@@ -232,7 +233,7 @@ class _Checker:
             extras = [body.finish] if body.finish else []
             understood = body.signature.document.file not in wrong
             self.found += check_flow(body.signature, body.part, extras, body.writers, understood=understood)
-            self.found += (*lost_errors(body), *shared_records(body))
+            self.found += (*lost_errors(body), *shared_records(body), *known_values(body))
 
     def check_params(self) -> None:
         """Warn of each param that nothing reads, where all was understood."""

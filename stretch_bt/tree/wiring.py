@@ -220,15 +220,16 @@ class Wiring:
     def list_value(self, value: Seq, type_: Type, what: str) -> Wire | None:
         """Return a list whose items are literals or parameters."""
         assert type_.item is not None
-        items = [self.value(item, type_.item, what) for item in value.items]
-        if any(item is None for item in items):
+        read = [self.value(item, type_.item, what) for item in value.items]
+        items = [item for item in read if item is not None]
+        if len(items) < len(read):
             return None
         for item in items:
-            if item is not None and not item.is_constant:
+            if not item.is_constant:
                 message = f"{what}: an item of a list must be known at load"
                 self.error(item.mark, "type-mismatch", message, "use literals or params")
                 return None
-        return Wire(value.mark, value=[item.value for item in items if item is not None])
+        return Wire(value.mark, value=[item.value for item in items], items=tuple(item.mark for item in items))
 
     @staticmethod
     def is_expression(value: Scalar, type_: Type) -> bool:

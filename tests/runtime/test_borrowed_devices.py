@@ -109,6 +109,19 @@ def test_two_clocks_or_none_are_refused(opened, tree):
         stretch_bt.run(tree, devices={**opened.devices, "camera": own})
 
 
+def test_one_device_has_one_name(opened, tmp_path):
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "format: stretch-tree/1\ndevices: {one: Gripper, two: Gripper}\n"
+        "trees: {main: {sequence: [set_stretch: {stretch: 5 mm, gripper: one}, set_stretch: {stretch: 6 mm, gripper: two}]}}\n"
+    )
+    before = opened.gripper.opening(1.0).value
+    with pytest.raises(InvalidInput, match="'one' and 'two' are one device"):
+        stretch_bt.run(path, devices={"one": opened.gripper, "two": opened.gripper}, out=tmp_path / "record")
+    assert opened.gripper.opening(1.0).value == before
+    assert not (tmp_path / "record").exists()
+
+
 @pytest.mark.parametrize("more", [{"scene": "water_balloon"}, {"devices": {}}])
 def test_an_open_cell_has_its_own_scene_and_devices(opened, tree, more):
     with pytest.raises(InvalidInput, match="open cell"):

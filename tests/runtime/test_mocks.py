@@ -403,3 +403,18 @@ def test_every_kind_of_device_has_commands_or_none() -> None:
         "ForceSensor": {"zero"},
         "Operator": {"mount", "confirm", "stop"},
     }
+
+
+@pytest.mark.parametrize(
+    ("rest", "named"),
+    [
+        ("[check: gripper.opening > 1 mm]", "'gripper.opening'"),
+        ("[lower: {by: 1 mm}, check: gripper.opening > 1 mm]", "'main/lower' and 1 more"),
+    ],
+)
+def test_what_no_mock_stands_for_is_named(rest, named, tmp_path):
+    (tmp_path / "tree.yaml").write_text(
+        f"format: stretch-tree/1\ndevices: {{arm: Arm, gripper: Gripper}}\ntrees: {{main: {{sequence: {rest}}}}}\n"
+    )
+    with pytest.raises(InvalidInput, match=f"no mock stands for {named}: mock it, or name a scene"):
+        run(tmp_path / "tree.yaml", mocks={"mocks": []}, record="none")

@@ -216,6 +216,8 @@ def _modules(info: Mapping[str, Any], home: Path, trust: bool, say: Callable[[st
     """Return where modules may stand: never in `home`, which the record fills."""
     origin = Path(info["tree"]).parent
     hint = f"add --trust to execute the modules in {origin}, if you know what they do; or install the package"
+    if trust:
+        hint = f"put it back into {origin}, where it stood, or install the package"
     return Modules(home, origin if trust else None, hint, say)
 
 

@@ -57,6 +57,7 @@ class Wire:
     optional: bool = False  # of a record that was left out: unset while nothing has written it
     #: what the error of the value is that of: a name as it is, or a function that passes an error on; else None
     source: Expression | None = None
+    items: tuple[Mark, ...] = ()  # the places of the items of a list that is written out
 
     @property
     def is_constant(self) -> bool:

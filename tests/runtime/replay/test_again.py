@@ -48,6 +48,10 @@ def test_a_finding_names_the_file_of_the_record_that_holds_the_text(tmp_path, mo
     assert found.file == os.fspath(tmp_path / "record/run.json")
     assert "in its text of tree.yaml, line 2: " in found.message
     assert "add --trust" in found.hint
+    (tmp_path / "stands_beside.py").unlink()
+    with pytest.raises(RecordError) as refused:
+        replay(tmp_path / "record", trust=True)
+    assert f"put it back into {tmp_path}" in refused.value.diagnostics[0].hint
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
