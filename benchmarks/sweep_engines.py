@@ -109,10 +109,7 @@ def count_rows(out: Path) -> int:
 def disturbed(file: Path, out: Path, engine: str, workers: int, what: str, items: int, rng: random.Random) -> int:
     """Run a sweep, kill something of it at a random moment, and go on until each item has a row; return after how many rows."""
     begun = subprocess.Popen(command(file, out, engine, workers), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    after = rng.randrange(1, max(items - workers, 2))
-    while count_rows(out) < after and begun.poll() is None:
-        time.sleep(0.02)
-    time.sleep(rng.uniform(0.0, 1.0))
+    _wait_for(begun, out, rng.randrange(1, max(items - workers, 2)), rng)
     struck = count_rows(out)
     victims = workers_of(psutil.Process(begun.pid)) if begun.poll() is None else []
     if what in ("worker", "both") and victims:
@@ -124,6 +121,17 @@ def disturbed(file: Path, out: Path, engine: str, workers: int, what: str, items
         _gone(victims)
         swept(file, out, engine, workers, "--resume")
     return struck
+
+
+def _wait_for(begun: subprocess.Popen[bytes], out: Path, rows: int, rng: random.Random) -> None:
+    """Wait until so many rows are there, and then for a part of the time in which another comes, whatever the machine."""
+    first, seen = 0.0, 0
+    while seen < rows and begun.poll() is None:
+        time.sleep(0.02)
+        now = count_rows(out)
+        first, seen = (time.perf_counter(), now) if not seen else (first, now)
+    pace = (time.perf_counter() - first) / (seen - 1) if seen > 1 else 0.1
+    time.sleep(rng.uniform(0.0, pace))
 
 
 def _kill(process: psutil.Process) -> None:

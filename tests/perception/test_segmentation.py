@@ -212,19 +212,15 @@ def test_a_known_curvature_halves_the_error_of_a_height_and_is_left_aside_where_
 @pytest.mark.parametrize(
     "noise", [0.0, pytest.param(0.15, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow), 0.6]
 )
-def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves_them(noise):
-    step, rng = 0.125e-3, np.random.default_rng(3)
-    y, x = np.mgrid[:40, :40] * 4e-4
-    labels = np.full(x.shape, CONTACT, dtype=np.uint8)
-    labels[:4] = 0
-    valid, errors, stated = np.ones(x.shape, dtype=bool), [], []
-    for top in 5e-3 + step * rng.random(60):
-        z = np.where(labels == CONTACT, top, top + np.arange(40) % 3 * step) / step + rng.normal(0, noise, x.shape)
-        height = track_height(np.dstack([x, y, np.rint(z) * step]), valid, labels)
-        errors.append(height.value - top)
-        stated.append(height.sd)
-    assert min(stated) > 0
-    assert 0.4 < np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(stated))) < 1.3
+def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves_them(surfaces, noise):
+    step, rng, lens, parts = 0.125e-3, np.random.default_rng(3), surfaces.camera(), []
+    for part in rng.random(40):
+        depth = surfaces.render(surfaces.disc_press(12e-3, 4e-3 + part * step), lens)
+        points, valid = deproject(surfaces.noisy(depth, noise * step, rng, quantum=step), lens)
+        points = to_membrane(points, surfaces.PLANE_DISTANCE)
+        height = track_height(points, valid, segment(points, valid))
+        parts.append((height.value - surfaces.PLANE_DISTANCE + depth.min()) / height.sd)
+    assert 0.4 < np.sqrt(np.mean(np.square(parts))) < 1.3
 
 
 def test_the_height_of_very_many_points_is_that_of_some_and_says_so():
