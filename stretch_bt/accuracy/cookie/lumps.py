@@ -40,7 +40,7 @@ def scene(lump: Draw, spin: float | None = None) -> str:
             f"object: {{type: dough, edge: {1e3 * lump.edge:.6f} mm, yield_stress: {lump.yield_stress:.4f} Pa, modulus: {lump.modulus:.3f} Pa}}",
             "hand: {frame: 12 mm}",
             "tolerance: {roundness: 1 %, height: 0.5 mm}",
-            "conditions: {stretch: 60 mm, depth: 5 mm, hold: 0 s, speed: 30 mm/s, frames: 1, travel: 2 m}",
+            "conditions: {stretch: 0 mm, depth: 12 mm, hold: 0 s, speed: 30 mm/s, frames: 1, travel: 2 m}",
             "effects:",
             f"  spin_noise: {{sd: {spins:.6f}}}",
             f"  edge_cracks: {{roughness: {lump.cracks:.6f}}}",

@@ -74,6 +74,8 @@ class Bending(MembraneEffect):
         yield Size("size", _SIZE[holds].at(**how | {"contact": wide}), why, way=1)
         if holds in _HEIGHT and (holds != "point" or case.rough.edge < _PATCH):
             yield Size("height", _HEIGHT[holds].at(**how) * case.rough.aspect, f"{why}, and lies off its top", way=1)
+        if case.rough.flattens:
+            yield Size("height", _HEIGHT["rim"].at(**how), f"{why}, and lies off what it has pressed flat", way=1)
         if math.isfinite(case.rough.stiffness):
             off = _LIFT * layer * min(math.sqrt(_TOUCH / (2 * case.radius)), 1.0)
             yield Size(

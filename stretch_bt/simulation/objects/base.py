@@ -59,7 +59,8 @@ class Rough:
     `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table; `face`
     the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top. `holds` is by what it
     holds a membrane up: the `rim` of a flat top or of a wire, a round `crest`, a sharp `ridge`, a `dome`, or a `point` on flanks of
-    slope `steep`. `aspect` is the extent of its top towards the clamps over that across, of a hand that is not turned.
+    slope `steep`. `aspect` is the extent of its top towards the clamps over that across, of a hand that is not turned. `flattens`
+    says that a press may leave its top flat for good.
     """
 
     radius: float
@@ -71,6 +72,7 @@ class Rough:
     holds: Holds = "dome"
     steep: float = math.inf
     aspect: float = 1.0
+    flattens: bool = False
 
     @property
     def cornered(self) -> bool:

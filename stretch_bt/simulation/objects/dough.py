@@ -92,7 +92,7 @@ class DoughObject(ObjectSpec):
     def rough(self) -> Rough:
         """Return the radius of its ball, what it weighs, and how stiff it is where it begins to flow."""
         elastic, flowing = 4 / 3 * self.modulus * self.ball, 4 * math.pi * self.ball * self.yield_stress
-        return Rough(self.ball, 1 / (1 / elastic + 1 / flowing), self.weight, _FILLET)
+        return Rough(self.ball, 1 / (1 / elastic + 1 / flowing), self.weight, _FILLET, flattens=True)
 
     def known(self) -> dict[str, float]:
         """Return the radius, m, of the ball of its volume."""
