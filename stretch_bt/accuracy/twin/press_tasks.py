@@ -150,7 +150,7 @@ def solved(scene: Scene, settings: Settings) -> Press:
     load = Load(turn(body, stands.heading), use.stretch, use.depth, stands.at, stands.tilt, world.fidelity.lift(stands))
     found = solve(world.fidelity.sheet, load, settings)
     spent = time.process_time() - began
-    return seen(float(found.force[2]), found.shape.points(POINTS, POINTS), use.depth, spent)
+    return seen(float(found.force[2]), found.points_outside(POINTS, POINTS), use.depth, spent)
 
 
 def seen(force: float, grid: npt.NDArray[np.float64], depth: float, spent: float) -> Press:
