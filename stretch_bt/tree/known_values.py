@@ -45,10 +45,11 @@ def _written(part: Part) -> Iterator[tuple[str, list[tuple[Any, Mark]]]]:
 
 def _bounded(part: Part) -> Iterator[tuple[Wire, Type, float | None, float | None, str]]:
     """Yield what feeds each input of a node or a call, with the type, the bounds and the name of the port."""
-    for name, wire in part.inputs.items() if isinstance(part, Leaf | Call) else ():
-        if isinstance(part, Leaf):
+    if isinstance(part, Leaf):
+        for name, wire in part.inputs.items():
             port = part.info.ports[name]
             yield wire, part.info.types[name], port.min, port.max, f"{part.label}.{name}"
-        else:
+    elif isinstance(part, Call):
+        for name, wire in part.inputs.items():
             declared = part.target.ins[name]
             yield wire, declared.type, declared.min, declared.max, f"{part.label}.{name}"

@@ -44,7 +44,9 @@ def test_dough_that_is_pressed_flat_lifts_the_sheet_as_its_estimate_has_it(edge,
         "tolerance: {height: 0.5 mm}\nconditions: {stretch: 0 mm, depth: 11 mm}\n"
     )
     assert next(v for v in advise(scene) if v.name == "bending").on
-    told = max(size.value for size in Bending.sizes(Case(scene, scene.object.rough()), None) if size.observable == "height")
+    told = max(
+        size.value for size in Bending.sizes(Case(scene, scene.object.rough()), None) if size.observable == "height"
+    )
     height, angles = 0.65e-3 * edge, np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
     radius = 0.6 * height + np.sqrt((1e-3 * edge) ** 3 / height / np.pi)
     disc = disc_side(radius * np.column_stack([np.cos(angles), np.sin(angles)]), height, scene.object.ball)
