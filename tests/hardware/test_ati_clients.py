@@ -145,7 +145,8 @@ def test_other_pages_are_not_there(sensor, path):
 def test_stand_ins_whose_stream_has_a_free_port_stand_beside_each_other(sensor):
     beside = AtiStandIn("127.0.0.1", Still(), {"rdt": 0})
     try:
-        assert not set(beside.start().values()) & set(sensor.places.values())
+        places = beside.start()
+        assert all(places[name] != place for name, place in sensor.places.items())  # UDP may have the number of a TCP port
     finally:
         beside.stop()
 
