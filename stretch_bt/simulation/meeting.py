@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
+from stretch_bt.simulation.beneath import beneath
+from stretch_bt.simulation.camera.skin import Grid
 from stretch_bt.simulation.coupling import Equilibrium, couple
 from stretch_bt.simulation.fidelity.base import Fidelity, Place
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.hanging import between, pulled_by
+from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.objects.base import Specimen, Standing
 from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.scene import Scene
@@ -26,6 +30,7 @@ _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew un
 _PASSES = 30
 _FRAME = 2e4  # N/m, of the hand's frame where something meets it
 _LOOSER = 10.0  # than of shared travel, to which the way of a pull is told
+_KEPT = 8  # stretches, of which the free membrane is kept
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
@@ -69,14 +74,17 @@ class Meeting:
 
     def __init__(self, scene: Scene, membrane: Membrane, fidelity: Fidelity, specimen: Specimen) -> None:
         self.scene, self.membrane, self.fidelity, self.specimen = scene, membrane, fidelity, specimen
+        self._free = lru_cache(maxsize=_KEPT)(self._free_at)
 
     def contact(self, past: Past, pose: Pose, stretch: float, time: float) -> Contact:
         """Return how hand and object stand at a moment after the past one; raises NoEquilibrium."""
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
-        standing = self._carried(past, pose)
-        where = seat(standing, pose)
         rest = self.specimen.rest(state, dt)
         nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
+        standing = self._met(self._carried(past, pose), pose, stretch)
+        if standing is None:
+            return nothing
+        where = seat(standing, pose)
         if where.depth + self.lift(standing, where, min(stretch, 0.0)) <= 0:  # slack it hangs most
             return self._pulling(past, standing, pose, stretch) or nothing
         lift = self.lift(standing, where, stretch)
@@ -94,8 +102,27 @@ class Meeting:
 
     def buried(self, state: Any, pose: Pose, stretch: float) -> float:
         """Return how far an object beneath the hand stands out above the plane of the membrane, m; 0 where it does not."""
-        where = seat(self.specimen.standing(state, 0.0), pose)
-        return max(where.depth, 0.0) if self._covers(where, stretch) else 0.0
+        standing = self._met(self.specimen.standing(state, 0.0), pose, stretch)
+        where = None if standing is None else seat(standing, pose)
+        return 0.0 if where is None or not self._covers(where, stretch) else max(where.depth, 0.0)
+
+    def highest_below(self, state: Any, pose: Pose, stretch: float) -> float:
+        """Return the world height of the highest top that the hand would meet if it went down, m; without one, that of the object."""
+        standing = self.specimen.standing(state, 0.0)
+        lowered = pose.at_height(self.scene.object.base)
+        return (self._met(standing, lowered, stretch) or standing).top
+
+    def _met(self, standing: Standing, pose: Pose, stretch: float) -> Standing | None:
+        """Return what stands, of several bodies those that the membrane can meet; None where it meets none of them."""
+        if not isinstance(standing.body, Several):
+            return standing
+        return beneath(standing, pose, self._free(stretch))
+
+    def _free_at(self, stretch: float) -> np.ndarray:
+        """Return the points (rows, columns, 3), m, of the membrane that touches nothing."""
+        skin = self.fidelity.free(stretch)
+        assert isinstance(skin, Grid)
+        return skin.points
 
     def lift(self, standing: Standing, where: Seat, stretch: float) -> float:
         """Return how far the membrane hangs where it meets the object, m."""

@@ -212,20 +212,21 @@ class World:
     def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
         """Return what a perfect observer would report, SI; a rigid object has no stiffness.
 
-        The scene's `dimensions` are among it. `height` is that of the object's top and `contact_height` that of the hand at first
-        contact.
+        The scene's `dimensions` are among it. `height` is that of the object's top, of several objects the highest beneath the hand, and
+        `contact_height` that of the hand at first contact.
         """
         contact = self.contact(pose, stretch, time)
-        top = self.specimen.standing(self._before(time).thing, 0.0).top
+        thing = self._before(time).thing
+        top = self._meeting.highest_below(thing, pose, stretch)
         return {
-            **self.specimen.known(self._before(time).thing, contact.drop),
+            **self.specimen.known(thing, contact.drop),
             **self.scene.dimensions,
             "force": float(contact.force[2]),  # along the hand's axis, as nodes measure it
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,
             "height": top - contact.drop + (contact.raised or 0.0),
-            "contact_height": self.scene.object.top,
+            "contact_height": self.scene.object.top + top - self.specimen.standing(thing, 0.0).top,
         }
 
     def sketch(self, time: float) -> dict[str, list[tuple[float, float]]]:
