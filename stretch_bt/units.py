@@ -46,6 +46,7 @@ __all__ = [
     "plain_number",
     "suggest_quantity",
     "unit_names",
+    "without_unit",
 ]
 
 
@@ -108,7 +109,7 @@ class Kind:
             hint = suggest_quantity(str(text), self.dimension)
             raise InvalidInput(f"{error}; {hint}" if hint else str(error)) from None
         if dimension == DIMENSIONLESS and self.dimension != DIMENSIONLESS:
-            raise InvalidInput(f"{text} has no unit; write '{text} {self.unit}'")
+            raise InvalidInput(without_unit(str(text), self.name, self.unit))
         if dimension != self.dimension:
             raise InvalidInput(
                 f"{text} is {dimension}, not {self.name}; use one of {', '.join(unit_names(self.dimension))}"
@@ -333,6 +334,8 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
         The text is not a unit.
     """
     scale, dimension = 1.0, DIMENSIONLESS
+    if "%" in text and text.strip() != "%":
+        raise InvalidInput(f"{text!r} is not a unit")  # a share of what would be multiplied in silence
     numerator, *denominators = text.split("/")
     for part, sign in ((numerator, 1), *((d, -1) for d in denominators)):
         factors = part.replace("*", " ").replace("·", " ").split()
@@ -370,6 +373,13 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     if not math.isfinite(value):
         raise InvalidInput(f"{text!r} is not a finite number")
     return value, dimension
+
+
+def without_unit(text: str, name: str, unit: str) -> str:
+    """Return what is said of a number where a quantity of a name and a usual unit is wanted, and what to write."""
+    if "%" in text:
+        return f"{text.strip()} is a part of something, not a {name}; write a number and a unit, as in '10 {unit}'"
+    return f"{text.strip()} has no unit; write '{text.strip()} {unit}'"
 
 
 def parse_time(what: str, given: str | float) -> float:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Container, Iterator
 from dataclasses import dataclass
 
-from stretch_bt.source import Scalar, is_nothing
+from stretch_bt.source import Scalar, Value, is_nothing
 from stretch_bt.tree.document import Declared, Document, Signature
 from stretch_bt.tree.places import Place
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
-from stretch_bt.tree.types import Type
+from stretch_bt.tree.types import Family, Type
 
 __all__ = ["PlacePort", "PlacePorts", "Ports"]
 
@@ -74,5 +74,12 @@ class PlacePorts:
             if value is None:
                 if port == name and given.type.is_record:
                     yield given
-            elif (is_nothing(value) and port == name) or (isinstance(value, Scalar) and value.text == f"${name}"):
+            elif (is_nothing(value) and port == name) or _is_just(value, name, given.type):
                 yield given
+
+
+def _is_just(value: Value, name: str, type_: Type) -> bool:
+    """Whether what a port is given is a name as it is, `$x` or `x`; where text is wanted, `x` is that text."""
+    if not isinstance(value, Scalar):
+        return False
+    return value.text == f"${name}" or (value.text == name and type_.family not in (Family.STR, Family.ENUM))

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
-from stretch_bt.units import NUMBER, format_quantity, parse_quantity, parse_unit, suggest_quantity, unit_names
+from stretch_bt.units import NUMBER, format_quantity, parse_quantity, parse_unit, suggest_quantity, unit_names, without_unit
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(
@@ -180,7 +180,8 @@ def _quantity(value: Scalar, type_: Type, what: str) -> float:
         return number
     unit = type_.kind.unit if type_.kind else ""
     if not any(dimension):
-        refuse(value.mark, "unit-missing", f"{what}: {value.text} has no unit", f"write '{value.text.strip()} {unit}'")
+        message, hint = without_unit(value.text, type_.name, unit).split("; ")
+        refuse(value.mark, "unit-missing", f"{what}: {message}", hint)
     hint = f"use one of {', '.join(unit_names(type_.dimension))}"
     refuse(value.mark, "unit-mismatch", f"{what} takes {type_}, but {value.text!r} is {dimension}", hint)
 
