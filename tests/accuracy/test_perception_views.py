@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 
+from stretch_bt.accuracy.perception import view
 from stretch_bt.accuracy.perception.noise import CLEAN, Noise, frames, observe
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import press
 
@@ -56,3 +58,11 @@ def test_noise_has_the_size_and_the_memory_that_it_says() -> None:
     assert (stack[1:] * stack[:-1]).mean() / stack.var() == pytest.approx(0.6, abs=0.05)
     assert np.std(observe(flat, noise, 3).depth - np.float32(0.2)) == pytest.approx(0.62e-3, rel=0.08)
     assert np.abs(observe(flat, CLEAN, 1).depth - 0.2).max() < 5e-6
+
+
+def test_bodies_of_many_numbers_are_kept_apart(monkeypatch, tmp_path):
+    """Two height fields of one size showed the view of the first."""
+    monkeypatch.setattr(view, "cache_folder", lambda: tmp_path / "kernels")
+    low, high = (HeightField(z * np.ones((9, 9)), 1e-3) for z in (0.01, 0.02))
+    names = {view._file(Press(body, 0.0, 0.005)) for body in (low, high, HeightField(low.heights.copy(), 1e-3))}
+    assert len(names) == 2

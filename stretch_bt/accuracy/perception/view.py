@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -98,10 +98,21 @@ def _file(wanted: Press) -> Path | None:
     folder = cache_folder()
     if folder is None:
         return None
-    name = hashlib.sha256(f"{wanted!r} {_sources()}".encode()).hexdigest()[:24]
+    name = hashlib.sha256(f"{_whole(wanted)} {_sources()}".encode()).hexdigest()[:24]
     kept = folder.parent / "views"  # a kernel that no view depends on may change
     kept.mkdir(exist_ok=True)
     return kept / f"{name}.npz"
+
+
+def _whole(value: object) -> str:
+    """Return all that makes a press or a body what it is; bodies of many numbers show few of them."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value)).hexdigest()}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_whole, value))})"
+    if is_dataclass(value):
+        return f"{type(value).__name__}({', '.join(_whole(getattr(value, field.name)) for field in fields(value))})"
+    return repr(value)
 
 
 @lru_cache(maxsize=1)
