@@ -99,7 +99,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     ------
     IllConditioned
         The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it as
-        well, or nothing round does; or it may be a lying cylinder or a face.
+        well, or nothing round does; or it may be an ellipsoid, a lying cylinder or a face. One that is a little uneven has a wider deviation.
     """
     explained = _explain(contact)
     _check_shape(explained)
@@ -120,8 +120,8 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
             f" {sd / explained.cells.size:.2g} 1/m; press deeper, average more frames, or measure a flat face (`measure_contact`)"
         )
     ball = next(f for f in fits if f.surface.kind == SPHERE)
-    check_ball(ball, explained.cells, explained.noise, LEAST_OWN)
-    return _sphere(ball, mean, sd, explained)
+    uneven = check_ball(ball, explained.cells, explained.noise, LEAST_OWN)
+    return _sphere(ball, mean, math.hypot(sd, mean * uneven), explained)
 
 
 def _hiding(contact: Contact, explained: _Explained) -> float:
