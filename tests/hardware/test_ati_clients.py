@@ -146,7 +146,9 @@ def test_stand_ins_whose_stream_has_a_free_port_stand_beside_each_other(sensor):
     beside = AtiStandIn("127.0.0.1", Still(), {"rdt": 0})
     try:
         places = beside.start()
-        assert all(places[name] != place for name, place in sensor.places.items())  # UDP may have the number of a TCP port
+        assert all(
+            places[name] != place for name, place in sensor.places.items()
+        )  # UDP may have the number of a TCP port
     finally:
         beside.stop()
 

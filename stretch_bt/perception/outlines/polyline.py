@@ -7,7 +7,18 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Array", "Curve", "area_of", "even", "noise_of", "perimeter_of", "redrawn", "smoothed", "spacing_of"]
+__all__ = [
+    "Array",
+    "Curve",
+    "area_of",
+    "even",
+    "lengthened",
+    "noise_of",
+    "perimeter_of",
+    "redrawn",
+    "smoothed",
+    "spacing_of",
+]
 
 Curve = npt.NDArray[np.complex128]
 Array = npt.NDArray[np.float64]
@@ -18,6 +29,8 @@ STRAY = 3.2  # standard deviations by which a wider fit may differ before the bo
 GIVEN_BACK = 0.75  # share of what smoothing took that a second pass returns: less bias at corners for a little noise
 UNEVEN = 3.0  # longest over median gap, over a few samples, from which an outline is sampled anew
 LEAST, MOST = 16, 20000  # samples
+LEAST_SIDE = 0.3  # of the usual one, that a side counts as at least
+REDRAWN = 8  # curves of other noise, of which what is expected is the mean
 
 
 def area_of(curve: Curve) -> float:
@@ -97,21 +110,44 @@ def smoothed(curve: Curve) -> Curve:
     At each sample the widest local quadratic is taken that still agrees with all narrower ones within their errors
     (Goldenshluger and Nemirovski, 1997; Katkovnik, 1999), the noise being what the curve itself shows.
     """
+    return _taken(curve, _widths(curve))
+
+
+def _widths(curve: Curve) -> npt.NDArray[np.int64]:
+    """Return the half width (n,), samples, of the fit that is taken at each sample."""
     normal = _normals(curve)
     noise = _noise_sd(curve, normal)
     wide = np.ones(len(curve), dtype=np.int64)
     low, high = np.full(len(curve), -np.inf), np.full(len(curve), np.inf)
     agrees = np.ones(len(curve), dtype=bool)
-    fits = {half: _smooth(curve, half) for half in _half_widths(len(curve))}
-    for half, fit in fits.items():
-        shift = ((fit - curve) * np.conj(normal)).real
+    for half in _half_widths(len(curve)):
+        shift = ((_smooth(curve, half) - curve) * np.conj(normal)).real
         reach = STRAY * noise * float(np.linalg.norm(_weights(half)))
         low, high = np.maximum(low, shift - reach), np.minimum(high, shift + reach)
         agrees &= low <= high
         wide[agrees] = half
-    found = _pick(fits, wide)
-    taken = curve - found
-    return np.asarray(found + GIVEN_BACK * _pick({half: _smooth(taken, half) for half in fits}, wide))
+    return wide
+
+
+def _taken(curve: Curve, wide: npt.NDArray[np.int64]) -> Curve:
+    """Return a curve with the fits of some half widths, and a part of what they leave."""
+    halves = _half_widths(len(curve))
+    found = _pick({half: _smooth(curve, half) for half in halves}, wide)
+    left = curve - found
+    return np.asarray(found + GIVEN_BACK * _pick({half: _smooth(left, half) for half in halves}, wide))
+
+
+def lengthened(curve: Curve) -> float:
+    """Return by what part of itself a smoothed curve is longer for the noise that smoothing has left, as it is expected.
+
+    A side is longer by half the square of how much its ends stray from each other across it, over its length.
+    """
+    wide, inside = _widths(curve), smoothed(curve)
+    sides = np.roll(inside, -1) - inside
+    lengths = np.maximum(np.abs(sides), LEAST_SIDE * spacing_of(inside))
+    strays = [_taken(noisy - inside, wide) for noisy in redrawn(curve, REDRAWN)]
+    across = [((np.roll(stray, -1) - stray) * np.conj(sides)).imag / lengths for stray in strays]
+    return float(np.mean([np.sum(each**2 / lengths) for each in across])) / 2.0 / perimeter_of(inside)
 
 
 def _pick(fits: dict[int, Curve], wide: npt.NDArray[np.int64]) -> Curve:
