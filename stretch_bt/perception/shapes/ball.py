@@ -23,7 +23,7 @@ LEAST = 16  # cells there, of which forms are told
 # is more than a ball's: of 165 balls 1 % are beyond one of them, and seven in ten of the others that had passed for balls.
 RIDGE, SURE = 0.5, 2.0
 UNEVEN, CERTAIN = 0.4, 3.3
-# What is uneven for sure, as the top of an ellipsoid is whose axes are as 5 to 4; and the deviations below which a ball may come out uneven by its noise.
+# What is uneven for sure, as the top of an ellipsoid is whose axes are as 5 to 4; and deviations below which noise may make a ball uneven.
 CLEAR, CLEARLY = 0.12, 4.0
 BY_NOISE = 2.5
 # Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
@@ -35,8 +35,8 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
     """Refuse a sphere whose contact may be a ridge, or whose residuals within the rim hold forms that no ball has.
 
     Returns the difference of its two principal curvatures over their sum, as far as noise does not explain it: by so much of itself one
-    curvature for both is unsure. `own` is the least that a cell errs by itself, of the standard deviation of a pixel. The forms are those of an optical surface that is no
-    sphere: astigmatism, which makes a ridge, then coma, trefoil, spherical and fourfold aberration.
+    curvature for both is unsure. `own` is the least that a cell errs by itself, of the standard deviation of a pixel. The forms are those of
+    an optical surface that is no sphere: astigmatism, which makes a ridge, then coma, trefoil, spherical and fourfold aberration.
     """
     q, rim = fit.surface.q, fit.surface.rim
     inside = np.hypot((cells.x - q[6]) / math.exp(q[4]), (cells.y - q[7]) / math.exp(q[5])) < INSIDE
@@ -55,8 +55,8 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
     if there + SURE * sd > RIDGE or there > max(UNEVEN, CERTAIN * sd) or there > max(CLEAR, CLEARLY * sd):
         raise IllConditioned(
             "the contact may be curved more in one direction, as an ellipsoid is, a lying cylinder and the high side of a face that leans: the"
-            f" difference of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more frames, or fit"
-            " another shape (`fit_shape`)"
+            f" difference of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more"
+            " frames, or fit another shape (`fit_shape`)"
         )
     found, covariance = _held(whitened, len(other))
     if float(found @ np.linalg.pinv(covariance) @ found) > OTHER and float(np.linalg.norm(found)) > SEEN * fall:
