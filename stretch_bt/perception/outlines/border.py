@@ -50,6 +50,7 @@ EDGE = 1.5e-3  # m, within which of the largest shift the border may as well lie
 CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[0]
 UNEVEN = 0.4  # of a shift: what it differs along a border across which the tensions differ
 FREE = 6.0  # independent values of a mean by distance, less shift, length and size
+RARE = 4.0  # squared misfit that a cone is behind a round or a flat body, which most contacts are
 BLUR = 1.0  # pixels over which dropouts in a region are bridged
 
 
@@ -183,24 +184,25 @@ def _in_bins(image: Array, cleaned: Cleaned, surface: Surface) -> Array:
     return np.asarray(np.pad(part, past, mode="edge").reshape(rows, step, columns, step).mean(axis=(1, 3)))
 
 
-def _curved(cleaned: Cleaned, scale: Scale, ratio: float) -> tuple[Image, Image]:
-    """Return the mean curvature (h, w), 1/m, that a round body has all over, and the one that peaks at the rim of a flat body.
+def _curved(cleaned: Cleaned, scale: Scale, ratio: float) -> tuple[Image, Image, Image]:
+    """Return the mean curvature (h, w), 1/m, that a round body has all over, one that peaks at the rim of a flat body, and that of a cone.
 
     Divided by powers of the slope it is even on a sphere; the plain second derivative has its peak at a kink, the other one inside.
     """
     bent = bending(scale.ground.surface, lateral(cleaned, scale.ground.kernel))
     along = -(bent.xx + np.float32(ratio) * bent.yy) / np.float32(1.0 + ratio)
-    return scale.signals[0].curvature, along.astype(np.float32)
+    plain = along.astype(np.float32)
+    return scale.signals[0].curvature, plain, plain
 
 
-def _misfits(rings: _Rings, curved: tuple[Image, Image], scale: Scale) -> tuple[Array, Array]:
+def _misfits(rings: _Rings, curved: tuple[Image, Image, Image], scale: Scale) -> tuple[Array, Array]:
     """Return shifts (n,), m, and the squared misfit of each, in standard deviations, over both kinds of body and all lengths.
 
     The noise is what the frame has, or what the best of all leaves where that is more.
     """
     surface, signal = scale.ground.surface, scale.signals[0]
     weight = rings.count / (ALONE * surface.sigma**2)
-    shifts, left, noises = [], [], []
+    shifts, left, rare, noises = [], [], [], []
     for kind, image in zip(_KINDS, curved, strict=True):
         seen = rings.means(image)
         peak = max(float(np.abs(seen).max()), 1e-9)
@@ -212,8 +214,9 @@ def _misfits(rings: _Rings, curved: tuple[Image, Image], scale: Scale) -> tuple[
             for length in LENGTHS:
                 left.append(_left(seen / peak, rings.means(_smoothed(kind(past, length), surface.sigma)), weight))
                 shifts.append(shift)
+                rare.append(RARE if kind is _pointed else 0.0)
     misfits = np.array(left)
-    return np.array(shifts), misfits / max(float(np.mean(noises)), float(misfits.min()) / FREE)
+    return np.array(shifts), misfits / max(float(np.mean(noises)), float(misfits.min()) / FREE) + np.array(rare)
 
 
 def _round(past: Array, length: float) -> Array:
@@ -224,7 +227,13 @@ def _flat(past: Array, length: float) -> Array:
     return np.exp(-np.abs(past) / length)
 
 
-_KINDS = (_round, _flat)
+def _pointed(past: Array, length: float) -> Array:
+    """Return that of a cone, which grows towards its tip as one over the distance from there."""
+    radius = max(-float(past.min()), RING)
+    return np.where(past < 0.0, radius / np.maximum(radius + past, RING), np.exp(-np.maximum(past, 0.0) / length))
+
+
+_KINDS = (_round, _flat, _pointed)
 
 
 def _smoothed(image: Array, sigma: float) -> Image:
