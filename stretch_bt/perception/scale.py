@@ -23,8 +23,11 @@ __all__ = ["SEED", "Ground", "Scale", "Signal", "either_scale", "ground_of", "me
 Image = npt.NDArray[np.float32]
 
 SEED = 6.0  # standard deviations that a contact must show somewhere
-MOST_SPREAD = 3.0  # of the noise that is expected
+MOST_SPREAD, MOST_FREE = 3.0, 5.0  # of the noise that is expected: as the flat part shows it, and all of the membrane
 GROW = 3.0  # and everywhere
+# Part of what is seen, below which the flat part is too small to show noise, as under a taut sheet. All of the membrane then shows it, whose mean
+# curvature is 0 but at bodies and clamps, unless the clearest of these stands out by so many expected deviations that noise does not matter.
+FLAT, QUIET = 0.25, 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +39,18 @@ class Signal:
     least: float
 
     @classmethod
-    def of(cls, curvature: Image, ground: Ground, expected: float) -> Signal:
+    def of(cls, curvature: Image, ground: Ground, expected: float, *, balanced: bool = False) -> Signal:
         """Take a curvature with the noise that is expected of it, or that the flat part shows where it is more.
 
-        Where it is very much more, the flat part is small and bent at its ends, and that is not noise.
+        Where it is very much more, the flat part is small and bent at its ends, and that is not noise. A `balanced` one is 0 where tensions
+        alone act.
         """
-        sd = min(spread(curvature, ground.surface.trusted & ~ground.raised, expected), MOST_SPREAD * expected)
+        trusted, most = ground.surface.trusted, MOST_SPREAD
+        shown = trusted & ~ground.raised
+        clearest = float(np.max(curvature, where=ground.raised, initial=0.0))
+        if balanced and np.count_nonzero(shown) < FLAT * np.count_nonzero(trusted) and clearest < QUIET * expected:
+            shown, most = trusted, MOST_FREE
+        sd = min(spread(curvature, shown, expected), most * expected)
         # A radius beyond the width of the view is a plane that is not quite flat.
         return cls(curvature, sd, max(GROW * sd, 1.0 / ground.surface.view))
 
@@ -121,7 +130,7 @@ def _weighted(ground: Ground, bent: Bending, ratio: float) -> Signal:
     surface, curvature = ground.surface, np.empty_like(bent.x)
     fill_weighted(bent.x, bent.y, bent.xx, bent.yy, surface.trusted, ratio, curvature)
     expected = surface.noise_after((2, 0, 1.0), (0, 2, round(ratio, 1))) / (1.0 + ratio) / surface.pitch**2
-    return Signal.of(curvature, ground, expected)
+    return Signal.of(curvature, ground, expected, balanced=True)
 
 
 def either_scale(ground: Ground, moves: Lateral) -> Scale:

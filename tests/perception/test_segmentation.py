@@ -4,6 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
+from stretch_bt.accuracy.perception.noise import Noise, observe
+from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardcases.strategies.perception import IMAGES, RULES
@@ -20,6 +22,8 @@ from stretch_bt.perception import (
 )
 from stretch_bt.perception.height import MOST
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere as Ball
 from stretch_bt.units import Estimate
 
 NOISE = 0.3e-3
@@ -298,6 +302,18 @@ def test_under_correlated_noise_the_top_is_found_by_height_and_little_is_certain
     assert overlap(found.labels == CONTACT, r < 10e-3) > 0.5
     edge = (r > 8e-3) & (r < 12e-3)
     assert np.median(found.confidence[edge]) < 0.95
+
+
+@pytest.mark.parametrize(("shape", "stretch"), [(Cylinder(0.02), 0.06), (Ball(0.03), 0.06), (Cylinder(0.02), 0.03)])
+@pytest.mark.parametrize(("white", "shared", "length"), [(0.5e-3, 0.15e-3, 3.0), (0.3e-3, 0.1e-3, 4.0)])
+def test_white_noise_does_not_hide_that_pixels_share_some(shape, stretch, white, shared, length):
+    """Most of a taut membrane was taken for contact in up to half of such frames, where nothing of it lies flat."""
+    view = seen(Press(shape, stretch, 0.008))
+    wide = []
+    for seed in range(1000, 1006):
+        found = find_contact(observe(view, Noise(white=white, correlated=shared, kernel=length), seed))
+        wide.append(np.count_nonzero(found.labels == CONTACT) / np.count_nonzero(view.touching))
+    assert np.count_nonzero(np.array(wide) > 3) <= 1
 
 
 @pytest.mark.parametrize("height", [60, 213])
