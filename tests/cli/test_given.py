@@ -77,7 +77,12 @@ def test_a_new_node_has_a_name_of_its_own(cli, tmp_path, monkeypatch, name):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("run", "palpate_stiffness", "--seed", "abc", "--json"), "'--seed'"),
+        (
+            ("run", "palpate_stiffness", "--seed", "abc", "--json"),
+            "'--seed': it takes a whole number, not 'abc'; write",
+        ),
+        (("run", "palpate_stiffness", "--seed", "1e3", "--json"), "it takes a whole number, not '1e3'"),
+        (("run", "palpate_stiffness", "--seed", "-1", "--json"), "'--seed': -1 is out of bounds; write at least 0"),
         (("nodes", "--jsn", "--json"), "No such option: --jsn"),
         (("frobnicate", "--json"), "No such command 'frobnicate'"),
         (("accuracy", "runner", "--json", "--page", "file"), "move it away"),
