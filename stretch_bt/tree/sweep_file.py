@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -191,12 +192,16 @@ def _choices(value: Value) -> tuple[Value, ...]:
 
 def _twice(found: SweepFile) -> list[Diagnostic]:
     """Return each value that a list has twice: its items would be the same."""
-    lists: dict[str, tuple[Value, ...]] = {"tree": found.trees, "scene": found.scenes, **found.choices}
+    lists: dict[str, list[tuple[Value, str]]] = {
+        name: [(value, _in_si(written(value))) for value in values] for name, values in found.choices.items()
+    }
+    for name, files in (("tree", found.trees), ("scene", found.scenes)):
+        lists[name] = [(value, os.path.realpath(found.place(value))) for value in files]
     wrong = []
     for name, values in lists.items():
         seen: dict[str, str] = {}
-        for value in values:
-            text, meant = written(value), _in_si(written(value))
+        for value, meant in values:
+            text = written(value)
             if meant in seen:
                 twice = (
                     f"{text!r} twice" if seen[meant] == text else f"{seen[meant]!r} and {text!r}, which are the same"
