@@ -10,7 +10,15 @@ from typing import Any, NoReturn
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
-from stretch_bt.units import NUMBER, format_quantity, parse_quantity, parse_unit, suggest_quantity, unit_names, without_unit
+from stretch_bt.units import (
+    NUMBER,
+    format_quantity,
+    parse_quantity,
+    parse_unit,
+    suggest_quantity,
+    unit_names,
+    without_unit,
+)
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(

@@ -86,8 +86,8 @@ class RecordReader:
     def __init__(self, folder: Path, *, changed_log: bool = False) -> None:
         self.folder = Path(folder).absolute()
         if self.folder.is_file():
-            folder = self.folder.parent if (self.folder.parent / EVENTS).is_file() else None
-            hint = "name the folder of a record" if folder is None else f"name the folder that it is in, {folder}"
+            beside = (self.folder.parent / EVENTS).is_file()
+            hint = f"name the folder that it is in, {self.folder.parent}" if beside else "name the folder of a record"
             raise refuse(self.folder, "record-folder", "this is a file; a record is a folder", hint)
         if not self.folder.is_dir():
             raise refuse(self.folder, "record-missing", "there is no such folder", "name the folder of a record")
