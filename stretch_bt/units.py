@@ -51,6 +51,7 @@ __all__ = [
 
 
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+PERCENTAGE_PATTERN = rf"^\s*{NUMBER}\s*%\s*$"
 QUANTITY_PATTERN = rf"^\s*{NUMBER}\s*[A-Za-z%µ1].*$"
 
 
@@ -137,10 +138,20 @@ class Within:
     percent: bool = False  # of a number that is written so
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Refuse values outside the bounds, in the unit that the field is shown in."""
+        """Refuse values outside the bounds, in the unit that the field is shown in; a plain number may be a percentage."""
         from pydantic_core import core_schema
 
-        return core_schema.no_info_after_validator_function(self.check, handler(source))
+        inner = handler(source)
+        if source is float and self.kind is None:
+            inner = core_schema.no_info_before_validator_function(_of_percentage, inner)
+        return core_schema.no_info_after_validator_function(self.check, inner)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Describe a plain number as one that may be a percentage."""
+        made = handler(schema)
+        if made.get("type") == "number" and self.kind is None:
+            return {**made, "type": ["number", "string"], "pattern": PERCENTAGE_PATTERN}
+        return made
 
     def check(self, value: float) -> float:
         """Return the value; raises InvalidInput when it is out of bounds."""
@@ -154,6 +165,16 @@ class Within:
         return (
             f"{100 * value:.6g} %" if self.percent else format_quantity(value, KINDS[self.kind] if self.kind else None)
         )
+
+
+def _of_percentage(given: Any) -> Any:
+    """Return the number of a percentage, and anything else as it is."""
+    if not isinstance(given, str) or "%" not in given:
+        return given
+    try:
+        return parse_quantity(given)[0]
+    except InvalidInput:
+        return given
 
 
 KINDS: dict[str, Kind] = {

@@ -19,6 +19,7 @@ from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import InvalidInput, StretchError, writable
+from stretch_bt.source.plain_words import in_words
 
 __all__ = ["app", "carry_out", "main"]
 
@@ -35,8 +36,19 @@ class _Commands(TyperGroup):
             raise
         except Exception as error:
             if hasattr(error, "format_message"):  # of words that the command does not take
+                _in_plain_words(error)
                 stops.reason = " ".join(writable(error.format_message()).split())
             raise
+
+
+def _in_plain_words(error: Any) -> None:
+    """Put the words of this package for those of pydantic, which typer reads values with."""
+    from pydantic import ValidationError
+
+    if isinstance(error.__cause__, ValidationError):
+        told = error.__cause__.errors(include_url=False)[0]
+        said, hint = in_words(told, repr(told["input"]))
+        error.message = f"it{said}; {hint}".removeprefix("it: ")
 
 
 app = typer.Typer(

@@ -14,17 +14,23 @@ __all__ = ["command"]
 
 def command(
     tree: Annotated[str, typer.Argument(help="A tree file, or the name of a shipped tree.")],
-    format_: Annotated[str, typer.Option("--format", help="text, dot, svg, html or btcpp")] = "text",
+    format_: Annotated[
+        str | None,
+        typer.Option(
+            "--format", help="text, dot, svg, html or btcpp; unless given that of the ending of --out, else text"
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write to this file.")] = None,
     wires: Annotated[bool, typer.Option("--wires", help="As text, show every wire in full.")] = False,
 ) -> None:
     """Show a tree as text, as a picture, or as BehaviorTree.CPP XML."""
-    if wires and format_ != "text":
-        raise InvalidInput(f"--wires belongs to the text form, not to {format_}; leave it out, or write --format text")
-    from stretch_bt.tree.export import export
+    from stretch_bt.tree.export import export, format_of
     from stretch_bt.tree.program import load_program
 
-    text = export(load_program(tree).require(), format_, wires=wires)
+    chosen = format_ or ("text" if out is None else format_of(out))
+    if wires and chosen != "text":
+        raise InvalidInput(f"--wires belongs to the text form, not to {chosen}; leave it out, or write --format text")
+    text = export(load_program(tree).require(), chosen, wires=wires)
     if out is None:
         typer.echo(text)
     else:

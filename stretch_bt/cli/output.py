@@ -105,7 +105,7 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -
 def _lines(file: str) -> list[str]:
     path = Path(file)
     try:
-        return path.read_text("utf-8").splitlines() if path.is_file() and path.stat().st_size < 2_000_000 else []
+        return path.read_text("utf-8-sig").split("\n") if path.is_file() and path.stat().st_size < 2_000_000 else []
     except (OSError, UnicodeDecodeError):
         return []
 
@@ -114,6 +114,12 @@ def _excerpt(finding: Diagnostic, text: str, err: bool) -> None:
     if len(text) > 200:
         return
     number = f"{finding.line:5d} | "
-    underline = "^" * max(1, min(finding.length, len(text) - finding.column + 1))
-    typer.echo(f"{number}{text}", err=err)
-    typer.echo(f"{' ' * (len(number) - 2)}| {' ' * (finding.column - 1)}{underline}", err=err)
+    before, after = _printable(text[: finding.column - 1]), _printable(text[finding.column - 1 :])
+    marked = _printable(text[finding.column - 1 : finding.column - 1 + finding.length])
+    typer.echo(f"{number}{before}{after}", err=err)
+    typer.echo(f"{' ' * (len(number) - 2)}| {' ' * len(before)}{'^' * max(1, len(marked))}", err=err)
+
+
+def _printable(text: str) -> str:
+    """Return a line with what a terminal would swallow, or obey, escaped."""
+    return "".join(c if c.isprintable() or c == "\t" else repr(c)[1:-1] for c in text)

@@ -16,7 +16,20 @@ from stretch_bt.runtime import mocks_file
 from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.runtime.sweep_check import check_sweep, modules_below, tree_wrong
-from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
+from stretch_bt.source import (
+    Map,
+    Scalar,
+    Seq,
+    Value,
+    did_you_mean,
+    few_suggestions,
+    is_nothing,
+    load,
+    parse,
+    read_text,
+    told,
+    validate,
+)
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
@@ -184,9 +197,17 @@ def _format(path: str | Path) -> str:
         raise FileError(
             [root.mark.error("format-missing", "the first key is not 'format'", f"begin with 'format: {TREE}'")]
         )
-    if not isinstance(value, Scalar) or value.text not in _CHECKS:
-        given = value.text if isinstance(value, Scalar) else "this"
-        raise FileError(
-            [value.mark.error("format-unknown", f"{given!r} is not a format", did_you_mean(given, _CHECKS))]
-        )
+    if is_nothing(value) or not isinstance(value, Scalar):
+        given = "nothing" if is_nothing(value) else told(value)
+        what = f"format takes one line of text, not {given}"
+        raise FileError([value.mark.error("format-unknown", what, f"write 'format: {_meant(value)}'")])
+    if value.text not in _CHECKS:
+        hint = did_you_mean(value.text, _CHECKS)
+        raise FileError([value.mark.error("format-unknown", f"{value.text!r} is not a format", hint)])
     return value.text
+
+
+def _meant(value: Value) -> str:
+    """Return the format that is the only entry of a list, else that of a tree."""
+    only = value.items[0] if isinstance(value, Seq) and len(value.items) == 1 else None
+    return only.text if isinstance(only, Scalar) and only.text in _CHECKS else TREE

@@ -25,6 +25,7 @@ from stretch_bt.source import (
     did_you_mean,
     load,
     read_text,
+    told,
     unknown_key,
 )
 from stretch_bt.tree.types import INT, Type, from_annotation, quantity
@@ -201,8 +202,8 @@ class _Reader:
             return default
         if isinstance(value, Scalar) and value.text in options:
             return value.text
-        given = value.text if isinstance(value, Scalar) else "this"
-        self.error(value.mark, "option-unknown", f"{given!r} is not a {what}", did_you_mean(given, options))
+        hint = did_you_mean(value.text if isinstance(value, Scalar) else "", options)
+        self.error(value.mark, "option-unknown", f"{told(value)} is not a {what}", hint)
         return default
 
     def literal(self, value: Value, type_: Type, what: str, low: float) -> Any:

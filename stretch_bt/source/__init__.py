@@ -8,7 +8,7 @@ from stretch_bt.source.compose import parse
 from stretch_bt.source.fit import FILE_KINDS, validate
 from stretch_bt.source.read import load, read_text, resolve
 from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
-from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null, walk
+from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null, told, walk
 
 __all__ = [
     "FILE_KINDS",
@@ -27,6 +27,7 @@ __all__ = [
     "parse",
     "read_text",
     "resolve",
+    "told",
     "unknown_key",
     "validate",
     "walk",

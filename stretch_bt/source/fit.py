@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar
 
 from stretch_bt.errors import Diagnostic, FileError
-from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
-from stretch_bt.source.values import TRUTHS, Map, Scalar, Seq, Value
+from stretch_bt.source.plain_words import in_words
+from stretch_bt.source.schema import field_names, may_be_left_out, sample
+from stretch_bt.source.suggest import closest, few_suggestions, unknown_key
+from stretch_bt.source.values import TRUTHS, Map, Scalar, Seq, Value, is_nothing, told
 
 __all__ = ["FILE_KINDS", "validate"]
 
@@ -30,7 +30,7 @@ def validate(model: type[M], value: Value) -> M:
     from pydantic import TypeAdapter, ValidationError
 
     try:
-        return TypeAdapter(model).validate_python(value.plain())
+        made = TypeAdapter(model).validate_python(value.plain())
     except ValidationError as error:
         found = error.errors(include_url=False)
         _check_kind(value, found)
@@ -41,6 +41,21 @@ def validate(model: type[M], value: Value) -> M:
                 meant = closest(str(e["loc"][-1]), [str(m["loc"][-1]) for m in beside])
                 found = found if meant is None else [m for m in found if m not in beside or m["loc"][-1] != meant]
         raise FileError([_explain(model, value, e) for e in found]) from None
+    empty = list(_empty(model, value))
+    if empty:
+        raise FileError(empty)
+    return made
+
+
+def _empty(model: type, value: Value, path: tuple[str | int, ...] = ()) -> Iterator[Diagnostic]:
+    """Yield each key of the model with nothing behind it, which pydantic takes for its default where that is none."""
+    inner = value.pairs if isinstance(value, Map) else enumerate(value.items) if isinstance(value, Seq) else ()
+    for key, item in inner:
+        step = key.text if isinstance(key, Scalar) else key
+        if not is_nothing(item):
+            yield from _empty(model, item, (*path, step))
+        elif step in field_names(model, path):
+            yield _nothing(model, item, (*path, step), [*map(str, path), str(step)])
 
 
 def _check_kind(root: Value, errors: Sequence[Any]) -> None:
@@ -65,63 +80,62 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         parent, _ = _locate(root, error["loc"][:-1])
         key = str(error["loc"][-1])
         mark = parent.key(key).mark if isinstance(parent, Map) and key in parent else value.mark
-        hint = unknown_key(Scalar(key, False, mark), value, _field_names(model, error["loc"][:-1]))
+        hint = unknown_key(Scalar(key, False, mark), value, field_names(model, error["loc"][:-1]))
         return mark.error("key-unknown", f"unknown key {key!r}", hint)
     if kind == "missing":
         return value.mark.error("key-missing", f"{where} is missing", f"add '{error['loc'][-1]}: ...'")
-    if kind == "too_short":
-        least, given = error["ctx"]["min_length"], error["ctx"]["actual_length"]
-        entries = "at least one entry" if least == 1 else f"at least {least} entries"
-        return value.mark.error("value", f"{where} takes {entries}, not {given}", f"write {entries}")
+    if is_nothing(value) and path:
+        return _nothing(model, value, error["loc"], path)
+    if kind == "union_tag_not_found" or kind == "union_tag_invalid":
+        return _wrong_tag(model, value, error, where)
     if kind == "model_attributes_type" and isinstance(value, Scalar):
         return value.mark.error(
             "value", f"{where} takes a mapping, not {value.text!r}", f"write '{{type: {value.text}}}'"
         )
-    if kind == "string_too_short":
+    if kind == "string_too_short" and error["ctx"]["min_length"] == 1:
         return value.mark.error("value", f"{where} is empty", "write what it names, or leave it out")
-    wanted = next((what for start, what in _WANTED.items() if kind.startswith(start)), None)
-    if wanted is not None:
-        given = repr(value.text) if isinstance(value, Scalar) else "this"
-        return value.mark.error("value", f"{where} takes {wanted[0]}, not {given}", _as_wanted(value, *wanted))
-    message = error["msg"].removeprefix("Value error, ")
-    message, _, hint = message.partition("; ")
-    return value.mark.error("value", ": ".join(filter(None, (where, message))), hint or _expectation(error))
+    said, hint = in_words(error, told(value))
+    return value.mark.error("value", (where + said).removeprefix(": "), _by_spelling(value, kind) or hint)
 
 
-#: by the beginning of a pydantic error type: what is wanted, and an example
-_WANTED = {
-    "bool": ("true or false", "true"),
-    "int": ("a whole number", "3"),
-    "float": ("a number", "0.5"),
-    "string": ("text", "'text'"),
-    "model_": ("a mapping", "{name: value}"),
-    "dict": ("a mapping", "{name: value}"),
-    "list": ("a list", "[value]"),
-    "tuple": ("a list", "[value]"),
-}
+def _nothing(model: type, value: Value, loc: Sequence[str | int], path: Sequence[str]) -> Diagnostic:
+    """Return what is said of a key or an entry with nothing behind it."""
+    name = path[-1]
+    loc = loc if str(loc[-1]) == name else loc[:-1]  # of an only entry that stands for its list
+    example = sample(model, loc)
+    if isinstance(loc[-1], int):
+        return value.mark.error("value", f"{'.'.join(path)} is empty", "write a value, or take the entry out")
+    what = f"write '{name}: {example}'" if example else "write its value behind it"
+    left_out = ", or leave it out" if may_be_left_out(model, loc) else ""
+    return value.mark.error("value", f"{'.'.join(path)} is empty", what + left_out)
 
 
-def _as_wanted(value: Value, wanted: str, sample: str) -> str:
-    if isinstance(value, Scalar) and wanted == "true or false" and value.text.lower() in TRUTHS:
+def _wrong_tag(model: type, value: Value, error: Any, where: str) -> Diagnostic:
+    """Return what is said of a mapping whose kind is missing or unknown, at the place of the kind where there is one."""
+    tag = str(error["ctx"]["discriminator"]).strip("'")
+    given = value.get(tag) if isinstance(value, Map) else None
+    if given is None:
+        return value.mark.error("key-missing", f"{where}.{tag} is missing", f"add '{tag}: ...'")
+    if is_nothing(given):
+        return _nothing(model, given, (*error["loc"], tag), (*where.split("."), tag))
+    said, hint = in_words(error, told(given))
+    return given.mark.error("value", f"{where}.{tag}{said}", hint)
+
+
+def _by_spelling(value: Value, kind: str) -> str:
+    """Return what to write where the value is right and its spelling wrong, or nothing."""
+    if not isinstance(value, Scalar):
+        return ""
+    if kind.startswith("bool") and value.text.lower() in TRUTHS:
         return f"write '{TRUTHS[value.text.lower()]}'"
-    if isinstance(value, Scalar) and wanted == "text":
+    if kind.startswith("string_t"):
         return "put quotes around it"
-    if isinstance(value, Scalar) and value.quoted and Scalar(value.text, False, value.mark).value != value.text:
-        return "remove the quotes"
-    return f"write {wanted}, as in {sample}"
-
-
-def _expectation(error: Any) -> str:
-    context = error.get("ctx", {})
-    expected, given = context.get("expected"), error.get("input")
-    if expected and isinstance(given, str):
-        options = re.findall(r"'([^']*)'", expected)
-        return did_you_mean(given, options)
-    bounds = (("ge", "at least"), ("gt", "more than"), ("le", "at most"), ("lt", "less than"))
-    limits = " and ".join(f"{word} {context[name]}" for name, word in bounds if name in context)
-    if limits:
-        return f"write {limits}"
-    return f"expected {expected}" if expected else "see the schema of this file"
+    number = kind.startswith(("bool", "int", "float", "model_", "dict", "list", "tuple"))
+    return (
+        "remove the quotes"
+        if number and value.quoted and Scalar(value.text, False, value.mark).value != value.text
+        else ""
+    )
 
 
 def _locate(root: Value, loc: Sequence[str | int]) -> tuple[Value, list[str]]:
@@ -137,46 +151,3 @@ def _locate(root: Value, loc: Sequence[str | int]) -> tuple[Value, list[str]]:
         elif step is loc[-1] and isinstance(value, Map):
             path.append(str(step))
     return value, path
-
-
-def _field_names(model: Any, loc: Sequence[str | int]) -> list[str]:
-    """Return every field name reachable under a location, by the model's JSON schema."""
-    schema = _schema(model)
-    definitions = schema.get("$defs", {})
-    nodes = [schema]
-    for step in loc:
-        nodes = [n for node in nodes for n in _children(node, step, definitions)]
-    return sorted({name for node in nodes for n in _variants(node, definitions) for name in n.get("properties", {})})
-
-
-@cache
-def _schema(model: Any) -> dict[str, Any]:
-    """Return the JSON schema of a model, made once: it takes longer than all else that is done about a mistake."""
-    from pydantic import TypeAdapter
-
-    return TypeAdapter(model).json_schema()
-
-
-def _variants(node: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str, Any]]:
-    if "$ref" in node:
-        return _variants(definitions[node["$ref"].rpartition("/")[2]], definitions)
-    options = node.get("anyOf", []) + node.get("oneOf", [])
-    return [v for option in options for v in _variants(option, definitions)] or [node]
-
-
-def _children(node: dict[str, Any], step: str | int, definitions: dict[str, Any]) -> list[dict[str, Any]]:
-    tagged = node.get("discriminator", {}).get("mapping", {}).get(str(step))
-    if tagged is not None:
-        return [{"$ref": tagged}]
-    found: list[dict[str, Any]] = []
-    for variant in _variants(node, definitions):
-        properties = variant.get("properties", {})
-        if str(step) in properties:
-            found.append(properties[str(step)])
-        elif isinstance(step, int) and "items" in variant:
-            found.append(variant["items"])
-        elif isinstance(variant.get("additionalProperties"), dict):
-            found.append(variant["additionalProperties"])
-        else:  # the tag of a union
-            found.append(variant)
-    return found

@@ -11,7 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 
-__all__ = ["TRUTHS", "Map", "Mark", "Scalar", "Seq", "Value", "is_nothing", "is_null"]
+__all__ = ["TRUTHS", "Map", "Mark", "Scalar", "Seq", "Value", "is_nothing", "is_null", "told"]
 
 #: truths of YAML 1.1, which are text in YAML 1.2
 TRUTHS = {
@@ -154,6 +154,11 @@ def is_nothing(value: Value) -> bool:
 def is_null(value: Value) -> bool:
     """Whether `null` or `~` is written."""
     return isinstance(value, Scalar) and bool(value.text) and value.value is None
+
+
+def told(value: Value) -> str:
+    """Return what a message calls a value: its text in quotes, `a list` or `a mapping`."""
+    return repr(value.text) if isinstance(value, Scalar) else "a list" if isinstance(value, Seq) else "a mapping"
 
 
 def _core_value(text: str) -> Any:

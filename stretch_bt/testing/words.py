@@ -28,7 +28,14 @@ _MADE: dict[str, tuple[str, str, Callable[[float], Any]]] = {
     "opening": ("opening", "Length", float),
     "force_noise": ("force_noise", "Force", float),
 }
-_KNOWN = (*_MADE, "frame")
+#: by the kind of a device: what its script may give
+_KNOWN: dict[str, tuple[str, ...]] = {
+    "Arm": ("force", "force_noise", "height", "pose", "wrench"),
+    "Gripper": ("opening",),
+    "DepthCamera": ("frame",),
+    "ForceSensor": ("force", "wrench"),
+    "Operator": (),
+}
 
 
 def script_values(kind: str, script: Mapping[str, Any]) -> dict[str, list[Any]]:
@@ -37,12 +44,12 @@ def script_values(kind: str, script: Mapping[str, Any]) -> dict[str, list[Any]]:
     Raises
     ------
     InvalidInput
-        A name is no reading, or a text no quantity; the message says what to write.
+        A name is no reading of such a device, or a text no quantity; the message says what to write.
     """
     found: dict[str, list[Any]] = {}
     for name, given in script.items():
-        if name not in _KNOWN:
-            raise InvalidInput(f"the script of a {kind} has no {name!r}; {did_you_mean(name, _KNOWN)}")
+        if name not in _KNOWN[kind]:
+            raise InvalidInput(f"the script of a {kind} has no {name!r}; {_has(kind, name)}")
         values = list(given) if isinstance(given, list | tuple) else [given]
         if not values:
             raise InvalidInput(f"the script of a {kind} gives no value of {name!r}; write at least one")
@@ -51,6 +58,14 @@ def script_values(kind: str, script: Mapping[str, Any]) -> dict[str, list[Any]]:
             raise InvalidInput(f"the script of a {kind} gives its {reading} twice, by {name!r} too; leave out one")
         found[reading] = [_value(kind, name, value) for value in values]
     return found
+
+
+def _has(kind: str, name: str) -> str:
+    """Return what a script has instead of a name."""
+    known = ", ".join(_KNOWN[kind])
+    hint = did_you_mean(name, _KNOWN[kind])
+    alike = f"{hint} " if hint.startswith("did") else ""
+    return f"{alike}it has {known}" if known else "leave it out, it gives no reading"
 
 
 def motion_states(kind: str, states: Iterable[Any]) -> list[MotionState | DeviceFault | NoAnswer]:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput
-from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, is_nothing, unknown_key
+from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, is_nothing, told, unknown_key
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
 from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
@@ -151,7 +151,7 @@ class Declarations:
         value = spec.get("unit")
         if value is None or made.type is ANY:
             return
-        made.unit, made.unit_mark = value.text if isinstance(value, Scalar) else "this", value.mark
+        made.unit, made.unit_mark = value.text if isinstance(value, Scalar) else told(value), value.mark
         if made.type is not UNKNOWN and (wrong := wrong_unit(made)) is not None:
             raise Refused(wrong)
 

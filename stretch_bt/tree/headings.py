@@ -12,7 +12,7 @@ from typing import Any
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.own_modules import Modules
-from stretch_bt.source import FILE_KINDS, Map, Scalar, Value, did_you_mean, parse, read_text
+from stretch_bt.source import FILE_KINDS, Map, Scalar, Value, did_you_mean, parse, read_text, told
 from stretch_bt.tree import registry
 from stretch_bt.tree.borders import FRAME, Borders
 from stretch_bt.tree.declarations import Declarations, known_keys
@@ -121,18 +121,17 @@ class _Headings(HeadingReader):
         if value is None:
             self.error(root.mark, "format-missing", "the first key is not 'format'", f"begin with 'format: {FORMAT}'")
         elif not isinstance(value, Scalar) or value.text != FORMAT:
-            given = value.text if isinstance(value, Scalar) else "this"
-            self.error(value.mark, "format-unknown", f"{given!r} is not the format of a tree", f"write '{FORMAT}'")
+            what = f"{told(value)} is not the format of a tree"
+            self.error(value.mark, "format-unknown", what, f"write 'format: {FORMAT}'")
 
     def devices(self, value: Value | None) -> None:
         self.doc.declares_devices = value is not None
         for key, kind in self.entries(value, "devices"):
             interface = INTERFACES.get(kind.text) if isinstance(kind, Scalar) else None
             if interface is None:
-                given = kind.text if isinstance(kind, Scalar) else "this"
                 self.doc.doubtful.add(key.text)
-                hint = did_you_mean(given, INTERFACES)
-                self.error(kind.mark, "device-type", f"{given!r} is not a kind of device", hint)
+                hint = did_you_mean(kind.text if isinstance(kind, Scalar) else "", INTERFACES)
+                self.error(kind.mark, "device-type", f"{told(kind)} is not a kind of device", hint)
             elif self.good_name(key, "device"):
                 self.doc.devices[key.text] = DeviceDecl(key.text, interface, key.mark)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -11,7 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSche
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SweepError
 from stretch_bt.simulation.scene.sections import Tolerance
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, load, validate
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_null, load, validate
 from stretch_bt.tree.values import written
 from stretch_bt.units import Time, Within, parse_quantity
 
@@ -21,7 +22,8 @@ FORMAT = "stretch-sweep/1"
 #: items of a sweep; more is a slip of the pen, and their keys alone would fill the memory
 MOST = 10_000_000
 
-_NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]}
+_NAME: dict[str, Any] = {"type": "string", "minLength": 1}
+_NAMES = {"anyOf": [_NAME, {"type": "array", "items": _NAME, "minItems": 1}]}
 _PLAIN: dict[str, Any] = {"type": ["string", "number", "boolean"]}
 _VALUES = {"anyOf": [_PLAIN, {"type": "array", "items": {"anyOf": [_PLAIN, {"type": "array"}]}, "minItems": 1}]}
 _SEEDS = {
@@ -50,7 +52,8 @@ def _counted(given: Any) -> Any:
     return given
 
 
-_Names = Annotated[list[str], Field(min_length=1), BeforeValidator(_listed), WithJsonSchema(_NAMES)]
+_Name = Annotated[str, Field(min_length=1)]
+_Names = Annotated[list[_Name], Field(min_length=1), BeforeValidator(_listed), WithJsonSchema(_NAMES)]
 _Choices = Annotated[list[Any], Field(min_length=1), BeforeValidator(_listed), WithJsonSchema(_VALUES)]
 
 
@@ -70,14 +73,23 @@ class _SweepFile(_Model):
 
     format: Literal["stretch-sweep/1"]
     doc: str = Field(default="", description="what the sweep is to show")
-    tree: _Names = Field(description="a tree file relative to this one, the name of a shipped tree, or a list of them")
+    tree: _Names = Field(
+        examples=["palpate_stiffness"],
+        description="a tree file relative to this one, the name of a shipped tree, or a list of them",
+    )
     scene: _Names | None = Field(
         default=None,
+        examples=["water_balloon"],
         description="a scene file relative to this one, a shipped scene, or a list; by default each tree's own",
     )
-    cell: str | None = Field(default=None, description="a cell file relative to this one, or a shipped cell: simulated")
+    cell: _Name | None = Field(
+        default=None,
+        examples=["simulated"],
+        description="a cell file relative to this one, or a shipped cell: simulated",
+    )
     seeds: Annotated[_Seeds, BeforeValidator(_counted), WithJsonSchema(_SEEDS)] = Field(
         default=_Seeds(count=1),
+        examples=[6],
         description="how many seeds from 0 on, or `{from: 10, count: 50}`",
         validate_default=False,
     )
@@ -171,7 +183,7 @@ def sweep_schema() -> dict[str, Any]:
 
 def _scalars(value: Value | None) -> tuple[Scalar, ...]:
     items = value.items if isinstance(value, Seq) else (value,)
-    return tuple(item for item in items if isinstance(item, Scalar))
+    return tuple(item for item in items if isinstance(item, Scalar) and not is_null(item))
 
 
 def _choices(value: Value) -> tuple[Value, ...]:
@@ -180,12 +192,16 @@ def _choices(value: Value) -> tuple[Value, ...]:
 
 def _twice(found: SweepFile) -> list[Diagnostic]:
     """Return each value that a list has twice: its items would be the same."""
-    lists: dict[str, tuple[Value, ...]] = {"tree": found.trees, "scene": found.scenes, **found.choices}
+    lists: dict[str, list[tuple[Value, str]]] = {
+        name: [(value, _in_si(written(value))) for value in values] for name, values in found.choices.items()
+    }
+    for name, files in (("tree", found.trees), ("scene", found.scenes)):
+        lists[name] = [(value, os.path.realpath(found.place(value))) for value in files]
     wrong = []
     for name, values in lists.items():
         seen: dict[str, str] = {}
-        for value in values:
-            text, meant = written(value), _in_si(written(value))
+        for value, meant in values:
+            text = written(value)
             if meant in seen:
                 twice = (
                     f"{text!r} twice" if seen[meant] == text else f"{seen[meant]!r} and {text!r}, which are the same"

@@ -11,6 +11,7 @@ from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
 from stretch_bt.units import (
+    KINDS,
     NUMBER,
     format_quantity,
     parse_quantity,
@@ -229,9 +230,15 @@ def check_bounds(value: Any, type_: Type, low: float | None, high: float | None,
         for item in value:
             check_bounds(item, type_.item or type_, low, high, mark, what)
     elif type_.is_number and not within(value, low, high):
-        nearest = _nearest(value, low, high)
-        hint = f"write {_show(nearest, type_, _digits(value, nearest, type_))!r}, the nearest allowed value"
-        refuse(mark, "out-of-bounds", f"{what}: {outside(value, type_, low, high)}", hint)
+        refuse(mark, "out-of-bounds", f"{what}: {outside(value, type_, low, high)}", _allowed(value, type_, low, high))
+
+
+def _allowed(value: float, type_: Type, low: float | None, high: float | None) -> str:
+    """Return what to write for a number that is out of its bounds; no time at all is what nobody wants who wrote one."""
+    nearest = _nearest(value, low, high)
+    if type_.dimension == KINDS["Time"].dimension and low == 0 and high is None:
+        return f"write a time above 0, as in {_show(-value, type_, _digits(value, nearest, type_))!r}"
+    return f"write {_show(nearest, type_, _digits(value, nearest, type_))!r}, the nearest allowed value"
 
 
 def within(value: float, low: float | None, high: float | None) -> bool:

@@ -317,7 +317,8 @@ class Wiring:
         try:
             wire.value = bind(expression, _Params(self.scope))()
         except (ArithmeticError, IndexError, ValueError, NoAnswer) as error:
-            message = f"{value.text!r} has no value: {error}"
+            why = str(error).replace(" has no value: ", ": ").removeprefix(f"{value.text}: ")
+            message = f"{value.text!r} has no value: {why}"
             self.error(value.mark, "expression", message, "change the parameters, or the expression")
             return None
         if isinstance(wire.value, float) and not math.isfinite(wire.value):

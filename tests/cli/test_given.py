@@ -77,7 +77,12 @@ def test_a_new_node_has_a_name_of_its_own(cli, tmp_path, monkeypatch, name):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("run", "palpate_stiffness", "--seed", "abc", "--json"), "'--seed'"),
+        (
+            ("run", "palpate_stiffness", "--seed", "abc", "--json"),
+            "'--seed': it takes a whole number, not 'abc'; write",
+        ),
+        (("run", "palpate_stiffness", "--seed", "1e3", "--json"), "it takes a whole number, not '1e3'"),
+        (("run", "palpate_stiffness", "--seed", "-1", "--json"), "'--seed': -1 is out of bounds; write at least 0"),
         (("nodes", "--jsn", "--json"), "No such option: --jsn"),
         (("frobnicate", "--json"), "No such command 'frobnicate'"),
         (("accuracy", "runner", "--json", "--page", "file"), "move it away"),
@@ -102,6 +107,8 @@ def test_the_json_of_what_is_refused_says_why(cli, tmp_path, monkeypatch, words,
             "there/tree: No such file or directory; correct the name",
         ),
         (("show", "palpate_stiffness", "--format", "svg", "--wires"), "--wires belongs to the text form"),
+        (("show", "palpate_stiffness", "--out", "t.svg", "--wires"), "--wires belongs to the text form, not to svg"),
+        (("show", "palpate_stiffness", "--out", "tree.xyz"), "or .xml; write a name such as tree.svg, or name what"),
         (("move", "simulated", "--up", "10"), "--up: 10 has no unit; write '10 mm'"),
         (("move", "simulated", "--up", "10 mm", "--speed", "1 m"), "--speed: 1 m is Length, not Speed"),
         (("press", "--indenter", "sphere:20mm", "--stretch", "0 mm", "--depth", "5"), "--depth: 5 has no unit"),
@@ -119,6 +126,27 @@ def test_what_the_system_refuses_has_a_remedy(cli, tmp_path, monkeypatch, words,
     code, _, err = cli(*words)
     assert code == 2
     assert said in err
+
+
+@pytest.mark.parametrize(
+    ("words", "begins"),
+    [
+        (("--out", "t.svg"), "<svg"),
+        (("--out", "t.SVG"), "<svg"),
+        (("--out", "t.gv"), "digraph"),
+        (("--out", "t.htm"), "<!DOCTYPE html>"),
+        (("--out", "t.xml"), "<root BTCPP_format"),
+        (("--out", "t"), "\ntick "),
+        (("--out", "t.txt", "--wires"), "\ntick "),
+        (("--out", "t.svg", "--format", "text"), "\ntick "),
+        (("--out", "t.xyz", "--format", "dot"), "digraph"),
+    ],
+)
+def test_a_tree_is_written_as_the_name_of_its_file_ends(cli, tmp_path, words, begins):
+    """Plain text was written into an .svg."""
+    code, _, err = cli("show", "watch_contact", *words[:1], str(tmp_path / words[1]), *words[2:])
+    assert (code, err) == (0, "")
+    assert begins in (tmp_path / words[1]).read_text()[:200]
 
 
 @pytest.mark.parametrize(

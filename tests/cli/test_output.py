@@ -6,9 +6,9 @@ from contextlib import nullcontext
 
 import pytest
 
-from stretch_bt.cli.output import emit_json, report_error
+from stretch_bt.cli.output import emit_json, print_diagnostics, report_error
 from stretch_bt.cli.stops import stops
-from stretch_bt.errors import StretchError
+from stretch_bt.errors import Diagnostic, StretchError
 from stretch_bt.runtime.signals import signals
 
 
@@ -37,3 +37,12 @@ def test_a_signal_that_comes_while_a_document_is_printed_counts_after_it_unless_
     with signals(stops), nullcontext() if last else pytest.raises(KeyboardInterrupt):
         emit_json({}, last=last)
     assert printed == ["{}"]
+
+
+def test_what_a_terminal_would_obey_is_shown_escaped_and_marked_where_it_stands(tmp_path, capsys):
+    file = tmp_path / "odd.yaml"
+    file.write_text("a: 1\nb\x00: \x0c'\x1b[31m'\n")
+    print_diagnostics([Diagnostic(str(file), 2, 5, "error", "value", "it is red", length=2)])
+    _, line, mark = capsys.readouterr().out.splitlines()
+    assert line == "    2 | b\\x00: \\x0c'\\x1b[31m'"
+    assert mark == "      | " + " " * len("b\\x00: ") + "^" * len("\\x0c'")

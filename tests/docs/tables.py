@@ -6,6 +6,7 @@ picture of the README; the tests compare. Messages come from running each small 
 
 import ast
 import json
+import math
 import os
 import re
 import resource
@@ -302,10 +303,14 @@ def merged(tables: list[list[list[str]]]) -> list[list[str]]:
 
 
 def with_default(row: list[str], whole: Any, prefix: str) -> list[str]:
-    """Return the row of a nested field with the default that the outer field gives it."""
+    """Return the row of a nested field with the default that the outer field gives it, which goes where a file names another."""
     name = row[0].strip("`").removeprefix(prefix)
     field = type(whole).model_fields.get(name)
-    return row if field is None else [row[0], show_default(field, getattr(whole, name)), row[2]]
+    if field is None:
+        return row
+    value = getattr(whole, name)
+    alone = "" if field.is_required() or value == field.default else f", unless the file has {code(prefix.rstrip('.'))}"
+    return [row[0], show_default(field, value) + alone, row[2]]
 
 
 def variants(annotation: Any) -> list[Any]:
@@ -327,11 +332,13 @@ def default_of(field: Any) -> str:
 
 def show_default(field: Any, value: Any) -> str:
     """Return a value as a file would have it."""
-    from stretch_bt.units import Kind
+    from stretch_bt.units import Kind, Within
 
     kinds = [m for m in metadata(field) if isinstance(m, Kind)]
     if value is None:
         return "none"
+    if any(m.percent for m in metadata(field) if isinstance(m, Within)):
+        return code(f"{100 * value:g} %")
     if isinstance(value, bool):
         return code(str(value).lower())
     if isinstance(value, list):
@@ -359,8 +366,9 @@ def meaning(field: Any) -> str:
     kinds = [m for m in marks if isinstance(m, Kind)]
     parts = [field.description] if field.description else []
     for within in (m for m in marks if isinstance(m, Within)):
-        low, high = (shown(v, kinds[0] if kinds else None) for v in (within.min, within.max))
-        parts.append(f"{low} to {high}")
+        ends = [end for end in (within.min, within.max) if math.isfinite(end)]
+        texts = [f"{100 * end:g} %" if within.percent else shown(end, kinds[0] if kinds else None) for end in ends]
+        parts += [" to ".join(texts)] if texts else []
     options = [str(a) for v in variants(field.annotation) for a in getattr(v, "__args__", ()) if isinstance(a, str)]
     parts += [", ".join(code(o) for o in options)] if options else []
     return "; ".join(parts)

@@ -239,3 +239,13 @@ def test_files_are_checked_in_the_order_given_and_warnings_are_no_errors(tmp_pat
         ("wrong", "error", "file-empty"),
         ("spare", "warning", "device-unused"),
     ]
+
+
+def test_an_entry_that_a_list_has_not_is_told_once(tmp_path):
+    path = tmp_path / "tree.yaml"
+    head = "format: stretch-tree/1\nparams: {xs: {type: 'list[int]', default: [1, 2]}}\nkeys: {a: int}\n"
+    path.write_text(head + "trees: {main: {sequence: [set: {a: xs.5}, set: {a: xs.5 + 1}]}}\n")
+    assert [d.message for d in check([path])] == [
+        "'xs.5' has no value: the list holds 2",
+        "'xs.5 + 1' has no value: xs.5: the list holds 2",
+    ]

@@ -6,7 +6,7 @@ import pytest
 
 from stretch_bt.errors import SceneError
 from stretch_bt.frames import Pose
-from stretch_bt.simulation.scene import load_scene, scene_names, scene_schema
+from stretch_bt.simulation.scene import load_scene, parse_scene, scene_names, scene_schema
 from stretch_bt.simulation.world import World
 from stretch_bt.source import load
 
@@ -152,3 +152,21 @@ def test_shipped_scenes_load_fit_the_schema_and_make_a_world(name):
     assert scene.name == name
     assert scene.doc
     assert World(scene).truth(Pose((0, 0, scene.object.top + 0.05)), scene.conditions.stretch)["force"] == 0.0
+
+
+def test_a_number_without_a_unit_may_be_a_percentage():
+    """`share: 5 %` was refused, although a tolerance takes it."""
+    scene = parse_scene(GOOD.replace("  dropout: off", "  dropout: {share: 5 %}\n  lens_distortion: {k1: 10%}"))
+    assert scene.effects.dropout.share == pytest.approx(0.05)
+    assert scene.effects.lens_distortion.k1 == pytest.approx(0.1)
+    with pytest.raises(SceneError, match="5 is out of bounds; write at least 0 and at most 1"):
+        parse_scene(GOOD.replace("  dropout: off", "  dropout: {share: 500 %}"))
+
+
+def test_every_number_of_a_scene_may_be_a_percentage():
+    fields = {
+        f"{name}.{key}": field.get("type")
+        for name, model in scene_schema()["$defs"].items()
+        for key, field in model.get("properties", {}).items()
+    }
+    assert [name for name, type_ in fields.items() if type_ == "number"] == []

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 
 from stretch_bt.runtime.check import check
 from stretch_bt.source import closest
-from stretch_bt.source.fit import _schema
+from stretch_bt.source.schema import _schema
 from stretch_bt.source.suggest import MOST
 
 MANY = 400

@@ -48,7 +48,7 @@ def test_run_takes_text_and_mocks(run):
 
 @pytest.mark.parametrize("kind", INTERFACES)
 def test_scripted_device_is_its_interface(scripted_device, kind):
-    assert isinstance(scripted_device(kind, {"frame": None}), INTERFACES[kind]) or kind == "DepthCamera"
+    assert isinstance(scripted_device(kind), INTERFACES[kind]) or kind == "DepthCamera"
 
 
 def test_scripted_device_says_what_it_is_told(scripted_device, virtual_clock):
@@ -95,18 +95,18 @@ def test_a_scripted_device_refuses_the_owners_that_a_real_one_refuses():
     assert arm.commands == []
 
 
-#: a script in words, the reading that is asked, and what it gives
+#: a script in words, its device, the reading that is asked, and what it gives
 WORDS = {
-    "force": ({"force": ["1 N", 3.0]}, "wrench", [Wrench((0.0, 0.0, 1.0)), Wrench((0.0, 0.0, 3.0))]),
-    "height": ({"height": "20 mm"}, "pose", [Pose((0.0, 0.0, 0.02))]),
-    "opening": ({"opening": [0.06, "55 mm"]}, "opening", [0.06, 0.055]),
+    "force": ({"force": ["1 N", 3.0]}, "Arm", "wrench", [Wrench((0.0, 0.0, 1.0)), Wrench((0.0, 0.0, 3.0))]),
+    "height": ({"height": "20 mm"}, "Arm", "pose", [Pose((0.0, 0.0, 0.02))]),
+    "opening": ({"opening": [0.06, "55 mm"]}, "Gripper", "opening", [0.06, 0.055]),
 }
 
 
 @pytest.mark.parametrize("name", WORDS)
 def test_a_script_is_written_in_words(name):
-    script, reading, values = WORDS[name]
-    device = ScriptedDevice("Arm", script)
+    script, kind, reading, values = WORDS[name]
+    device = ScriptedDevice(kind, script)
     assert [getattr(device, reading)(1).value for _ in values] == values
 
 
@@ -166,3 +166,17 @@ def test_files_beside_the_test_are_found(tmp_path, monkeypatch):
 def test_a_script_that_no_device_could_follow_is_refused(scripted_device, script, told):
     with pytest.raises(InvalidInput, match=re.escape(told)):
         scripted_device("Arm", script)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "told"),
+    [
+        ("Arm", "opening", "it has force, force_noise, height, pose, wrench"),
+        ("Arm", "heigth", "did you mean 'height'? it has force,"),
+        ("Gripper", "force", "it has opening"),
+        ("Operator", "frame", "leave it out, it gives no reading"),
+    ],
+)
+def test_a_reading_that_such_a_device_has_not_is_refused(scripted_device, kind, name, told):
+    with pytest.raises(InvalidInput, match=re.escape(f"the script of a {kind} has no {name!r}; {told}")):
+        scripted_device(kind, {name: "1 mm"})

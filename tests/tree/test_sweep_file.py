@@ -25,11 +25,19 @@ WRONG = {
     "format: stretch-sweep/2": ("1:9", "stretch-sweep/1"),
     "tree: []": ("3:7", "at least one"),
     "tree: [palpate_active, palpate_active]": ("3:24", "twice"),
+    "tree: [a.yaml, ./a.yaml]": ("3:16", "tree has 'a.yaml' and './a.yaml', which are the same"),
+    "scene: [b.yaml, c/../b.yaml]": ("4:17", "which are the same"),
     "tree: {name: a}": ("3:7", "text"),
+    "tree:": ("3:6", "tree is empty; write 'tree: palpate_stiffness'"),
+    "scene:": ("4:7", "scene is empty; write 'scene: water_balloon', or leave it out"),
+    "cell:": ("5:6", "cell is empty; write 'cell: simulated', or leave it out"),
+    "scene: ['']": ("4:9", "is empty"),
+    'cell: ""': ("5:7", "cell is empty"),
+    "limit:": ("9:7", "limit is empty; write 'limit: 1 s', or leave it out"),
     "scene: [water_balloon, 3]": ("4:24", "text"),
     "cell: [simulated]": ("5:7", "text"),
     "seeds: 0": ("6:8", "seeds"),
-    "seeds: -3": ("6:8", "seeds"),
+    "seeds: -3": ("6:8", "seeds: -3 is out of bounds; write at least 1"),
     "seeds: six": ("6:8", "write 6 for 0 to 5"),
     "seeds: true": ("6:8", "write 6 for 0 to 5"),
     "seeds: {from: -1, count: 2}": ("6:15", "from"),
@@ -46,7 +54,8 @@ WRONG = {
     "tolerance: {}": ("8:12", "at least one"),
     "limit: 10": ("9:8", "10 s"),
     "limit: 0 s": ("9:8", "at least"),
-    "record: all": ("10:9", "full"),
+    "record: all": ("10:9", "record takes full, events or none, not 'all'; write full, events or none"),
+    "record: ful": ("10:9", "did you mean 'full'?"),
     "scenes: water_balloon": ("4:1", "scene"),
 }
 
@@ -99,9 +108,15 @@ def test_the_schema_takes_what_is_right_and_refuses_most_that_is_wrong():
     checker = jsonschema.Draft202012Validator(schema("sweep"))
     assert list(checker.iter_errors(yaml.safe_load(WHOLE))) == []
     taken = {line for line in WRONG if not list(checker.iter_errors(yaml.safe_load(with_line(line))))}
-    # what no schema says: that two values are the same, how many items there are, and which unit a number has
+    # what no schema says: that two values are the same, how many items there are, which unit a number has, and that
+    # nothing is not `null`
     assert taken == {
+        "scene:",
+        "cell:",
+        "limit:",
         "tree: [palpate_active, palpate_active]",
+        "tree: [a.yaml, ./a.yaml]",
+        "scene: [b.yaml, c/../b.yaml]",
         "seeds: {count: 100000000}",
         "set: {touches: [3, 3]}",
         "set: {wanted_deflection: [1 mm, 2 mm, 0.1 cm]}",

@@ -85,6 +85,10 @@ class RecordReader:
 
     def __init__(self, folder: Path, *, changed_log: bool = False) -> None:
         self.folder = Path(folder).absolute()
+        if self.folder.is_file():
+            beside = (self.folder.parent / EVENTS).is_file()
+            hint = f"name the folder that it is in, {self.folder.parent}" if beside else "name the folder of a record"
+            raise refuse(self.folder, "record-folder", "this is a file; a record is a folder", hint)
         if not self.folder.is_dir():
             raise refuse(self.folder, "record-missing", "there is no such folder", "name the folder of a record")
         written = Written(self.folder / EVENTS)

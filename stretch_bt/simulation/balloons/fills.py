@@ -46,7 +46,7 @@ class Air(Fill):
     below: Annotated[Volume, Within(0.0, 0.1, "Volume")] | None = Field(
         default=None, description="how much of it is below the rim; as much as above it unless given"
     )
-    exponent: Annotated[float, Field(ge=1.0, le=1.67)] = Field(
+    exponent: Annotated[float, Within(1.0, 1.67)] = Field(
         default=1.0, description="of its gas law: 1 for a press that lasts seconds, 1.4 for one below a second"
     )
 
@@ -96,7 +96,7 @@ class Seeds(Fill):
     modulus: Annotated[Pressure, Within(1e3, 1e8, "Pressure")] = Field(
         default=0.6e6, description="effective modulus of the grains at 100 kPa; it goes as the root of the pressure"
     )
-    unloading: Annotated[float, Field(gt=1.0, le=100.0)] = Field(
+    unloading: Annotated[float, Field(gt=1.0, le=100.0), Within()] = Field(
         default=3.0, description="how many times stiffer the grains unload than they were loaded"
     )
 

@@ -14,6 +14,7 @@ from stretch_bt.simulation.effects.base import Size
 from stretch_bt.simulation.objects.balloon import SECANT_DROP, BalloonObject
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import Response
+from stretch_bt.units import Within
 
 __all__ = ["LatexSoftening"]
 
@@ -21,7 +22,7 @@ __all__ = ["LatexSoftening"]
 class Parameters(base.Parameters):
     """How much it loses."""
 
-    share: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
+    share: Annotated[float, Field(gt=0.0, lt=1.0), Within()] = Field(
         default=0.1, description="of the skin's force that is lost where a second press begins"
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -12,18 +12,23 @@ from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import CameraEffect, Size
+from stretch_bt.units import Within
 
 __all__ = ["LensDistortion"]
+
+
+_Radial = Annotated[float, Within(-2.0, 2.0)]
+_Tangential = Annotated[float, Within(-0.5, 0.5)]
 
 
 class Parameters(base.Parameters):
     """The five coefficients of the inverse Brown-Conrady model: k1, k2, p1, p2, k3."""
 
-    k1: float = Field(default=0.14374, ge=-2, le=2, description="radial, second order")
-    k2: float = Field(default=0.04621, ge=-2, le=2, description="radial, fourth order")
-    p1: float = Field(default=0.00426, ge=-0.5, le=0.5, description="tangential, along the rows")
-    p2: float = Field(default=0.00561, ge=-0.5, le=0.5, description="tangential, along the columns")
-    k3: float = Field(default=0.10719, ge=-2, le=2, description="radial, sixth order")
+    k1: _Radial = Field(default=0.14374, description="radial, second order")
+    k2: _Radial = Field(default=0.04621, description="radial, fourth order")
+    p1: _Tangential = Field(default=0.00426, description="tangential, along the rows")
+    p2: _Tangential = Field(default=0.00561, description="tangential, along the columns")
+    k3: _Radial = Field(default=0.10719, description="radial, sixth order")
 
 
 class LensDistortion(CameraEffect):

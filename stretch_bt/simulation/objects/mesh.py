@@ -21,7 +21,7 @@ class MeshObject(SolidSpec):
     """A solid whose shape is in a mesh file, z up, as it stands on the table; its axis is the middle of its outline."""
 
     type: Literal["mesh"]
-    file: str = Field(description="STL, OBJ, PLY ...; relative to the scene file")
+    file: str = Field(min_length=1, examples=["part.stl"], description="STL, OBJ, PLY ...; relative to the scene file")
     unit: Annotated[Length, Within(1e-6, 1.0, "Length")] = Field(
         default=0.001, description="length of one unit in the file"
     )

@@ -26,10 +26,10 @@ class SoftSphereObject(RoundSpec):
     stiffness: Annotated[Stiffness, Within(1.0, 1e6, "Stiffness")] = Field(
         description="force over deflection at 1.5 mm, once it has relaxed"
     )
-    power: Annotated[float, Field(ge=0.8, le=3.0)] = Field(
+    power: Annotated[float, Within(0.8, 3.0)] = Field(
         default=1.5, description="exponent of its force law, F ~ deflection^power"
     )
-    sudden: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+    sudden: Annotated[float, Within(0.0, 10.0)] = Field(
         default=0.0, description="force of a sudden push beyond the relaxed one, over the relaxed one"
     )
     time: Annotated[Time, Within(1e-3, 1e4, "Time")] = Field(default=2.0, description="in which that relaxes")

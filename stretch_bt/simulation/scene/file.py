@@ -17,7 +17,7 @@ from stretch_bt.simulation.effects.base import Effect
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.registry import kinds
 from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Dimension, Hand, Table, Tolerance
-from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
+from stretch_bt.source import Map, Scalar, did_you_mean, is_nothing, load, parse, resolve, told, validate
 
 __all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]
 
@@ -257,11 +257,11 @@ def _check_words(source: Map) -> None:
     for section, known in (("object", tuple(kinds())), ("support", ("table", "cup"))):
         given = source.get(section)
         kind = given.get("type") if isinstance(given, Map) else None
-        if kind is not None and kind.plain() not in known:
-            message = f"{section}.type: there is no {kind.plain()!r}"
-            raise FileError([kind.mark.error("value", message, did_you_mean(str(kind.plain()), known))])
+        if kind is not None and not is_nothing(kind) and kind.plain() not in known:
+            hint = did_you_mean(str(kind.plain()), known)
+            raise FileError([kind.mark.error("value", f"{section}.type: there is no {told(kind)}", hint)])
     given = source.get("effects")
-    if isinstance(given, Scalar) and given.plain() not in _WORDS:
+    if isinstance(given, Scalar) and not is_nothing(given) and given.plain() not in _WORDS:
         raise FileError(
             [
                 given.mark.error(
@@ -270,7 +270,9 @@ def _check_words(source: Map) -> None:
             ]
         )
     for key, value in given if isinstance(given, Map) else ():
-        if isinstance(value, Scalar) and key.text in registry() and value.plain() not in ("auto", "on", "off"):
+        if is_nothing(value) or not isinstance(value, Scalar) or key.text not in registry():
+            continue
+        if value.plain() not in ("auto", "on", "off"):
             message = f"effects.{key.text} takes auto, on, off or its parameters, not {value.text!r}"
             raise FileError(
                 [value.mark.error("value", message, did_you_mean(value.text, ("auto", "on", "off")) or "write on")]

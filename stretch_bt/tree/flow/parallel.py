@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import py_trees
 from py_trees.common import ParallelPolicy, Status
 
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean, told
 from stretch_bt.tree.flow.base import Flow, Known, Part, construct
 from stretch_bt.tree.fragments import Schema, form, ref
 
@@ -51,10 +51,8 @@ class Parallel(Part):
         if isinstance(policy, Scalar) and policy.text in POLICIES:
             found.policy = policy.text
         elif policy is not None:
-            text = policy.text if isinstance(policy, Scalar) else "this"
-            reader.error(
-                policy.mark, "option-unknown", f"{text!r} is not a policy of 'parallel'", did_you_mean(text, POLICIES)
-            )
+            hint = did_you_mean(policy.text if isinstance(policy, Scalar) else "", POLICIES)
+            reader.error(policy.mark, "option-unknown", f"{told(policy)} is not a policy of 'parallel'", hint)
         if (found.policy == "success_on_selected") == ("selected" in value):
             found._read_selected(reader, fields.get("selected"))
         elif "selected" in value:

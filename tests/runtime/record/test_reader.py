@@ -341,3 +341,14 @@ def test_a_message_nested_too_deep_is_damage(tmp_path: Path, sample: Any, monkey
     record.begin_tick(0, 0.0)
     record.close({})
     assert refusal(tmp_path / "r").code == "record-damaged"
+
+
+def test_a_file_of_a_record_is_told_from_a_missing_folder(tmp_path: Path) -> None:
+    """It was said that there is no such folder."""
+    file = tmp_path / "run.json"
+    file.touch()
+    with pytest.raises(RecordError, match=r"record-folder\]: this is a file; a record is a folder; name the folder of"):
+        RecordReader(file)
+    (tmp_path / "events.jsonl").touch()
+    with pytest.raises(RecordError, match=f"name the folder that it is in, {tmp_path}"):
+        RecordReader(file)
