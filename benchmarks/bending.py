@@ -25,6 +25,7 @@ from stretch_bt.errors import NoEquilibrium, SceneError
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects.bending import Bending
 from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.indenters.turned import turn
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -92,7 +93,7 @@ def drawn(random: np.random.Generator) -> tuple[str, str]:
     )
 
 
-def changes(scene: Scene, body: Indenter | None = None) -> dict[str, float]:
+def changes(scene: Scene, body: Indenter | Several | None = None) -> dict[str, float]:
     """Return what bending changes in the press of a scene, on the body of its object or another."""
     (force, height, size), (bent, higher, wider) = (
         _pressed(scene, body or scene.object.body(), bending) for bending in (False, True)
@@ -100,7 +101,7 @@ def changes(scene: Scene, body: Indenter | None = None) -> dict[str, float]:
     return {"force": bent / force - 1, "height": higher - height, "size": wider - size}
 
 
-def _pressed(scene: Scene, body: Indenter | None, bending: bool) -> tuple[float, float, float]:
+def _pressed(scene: Scene, body: Indenter | Several | None, bending: bool) -> tuple[float, float, float]:
     """Return force, N, height of the middle and length at four fifths of the depth, m."""
     hand, use = scene.hand, scene.conditions
     assert body is not None

@@ -107,7 +107,7 @@ def _file(wanted: Press) -> Path | None:
 def _whole(value: object) -> str:
     """Return all that makes a press or a body what it is; bodies of many numbers show few of them."""
     if isinstance(value, np.ndarray):
-        return f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value)).hexdigest()}"
+        return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, tuple):
         return f"({', '.join(map(_whole, value))})"
     if is_dataclass(value):
