@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_counts, check_kind, check_numbers
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.units import KINDS, Force, Length, Time
+from stretch_bt.units import KINDS, Force, Length, Time, is_number
 
 __all__ = ["DepthFrame", "Intrinsics", "Pose", "Wrench"]
 
@@ -30,6 +31,14 @@ Array = npt.NDArray[np.float64]
 
 #: counts that 16 bits hold
 _MOST_COUNTS = 65_535
+
+
+def are_finite(given: Any, count: int) -> bool:
+    """Return whether something is so many finite numbers."""
+    try:
+        return len(given) == count and all(math.isfinite(v) for v in given)
+    except (TypeError, ValueError):  # of no length, or one of them is no number
+        return False
 
 
 def _zeros() -> tuple[float, float, float]:
@@ -44,8 +53,9 @@ class Pose:
     rotation: tuple[float, float, float] = field(default_factory=_zeros)
 
     def __post_init__(self) -> None:
-        if not all(math.isfinite(v) for v in (*self.position, *self.rotation)):
-            raise InvalidInput(f"a pose needs six finite numbers, got {self.position} and {self.rotation}")
+        for given in (self.position, self.rotation):
+            if not are_finite(given, 3):
+                raise InvalidInput(f"a pose needs six finite numbers, got {self.position} and {self.rotation}")
 
     @property
     def height(self) -> Length:
@@ -54,10 +64,12 @@ class Pose:
 
     def at_height(self, height: float) -> Pose:
         """Return the same pose with another world z, m."""
+        check_numbers("in m", height=height)
         return Pose((self.position[0], self.position[1], height), self.rotation)
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Pose:
         """Return the pose shifted along the world's axes, m."""
+        check_numbers("in m", x=x, y=y, z=z)
         p = self.position
         return Pose((p[0] + x, p[1] + y, p[2] + z), self.rotation)
 
@@ -82,11 +94,7 @@ class Wrench:
 
     def __post_init__(self) -> None:
         for given in (self.force, self.torque):
-            try:
-                right = len(given) == 3 and all(math.isfinite(v) for v in given)
-            except TypeError:
-                right = False
-            if not right:
+            if not are_finite(given, 3):
                 raise InvalidInput(f"a wrench needs three finite numbers of force and of torque, not {given!r}")
 
     @property
@@ -112,7 +120,8 @@ class Intrinsics:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not all(math.isfinite(v) for v in (self.fx, self.fy, self.cx, self.cy, *self.distortion)):
+        check_counts(0, width=self.width, height=self.height)
+        if not (are_finite((self.fx, self.fy, self.cx, self.cy), 4) and are_finite(self.distortion, 5)):
             raise InvalidInput(f"intrinsics are finite numbers, got {self}; read them from the camera's calibration")
         if not (self.fx > 0 and self.fy > 0):
             raise InvalidInput(
@@ -162,14 +171,21 @@ class DepthFrame(BriefRepr):
     pose: Pose | None = None
 
     def __post_init__(self) -> None:
+        check_kind("intrinsics", self.intrinsics, Intrinsics)
         expected = (self.intrinsics.height, self.intrinsics.width)
+        if not isinstance(self.raw, np.ndarray):
+            raise InvalidInput(
+                f"a depth image is an array of numpy, not {shown(self.raw)[:80]}; give numpy.asarray(raw)"
+            )
         if self.raw.ndim != 2 or self.raw.shape != expected:
             raise InvalidInput(f"a depth image of shape {expected} fits these intrinsics, got {self.raw.shape}")
         if self.raw.dtype != np.uint16:
             raise InvalidInput(f"a depth image holds uint16 counts, got {self.raw.dtype}")
         for name, length in (("unit", self.unit), ("plane_distance", self.plane_distance)):
-            if length is not None and not (math.isfinite(length) and length > 0):
-                raise InvalidInput(f"the {name} of a depth frame is a length above 0 m, got {length}")
+            if not (length is None and name != "unit") and not (is_number(length) and length > 0):
+                raise InvalidInput(f"the {name} of a depth frame is a length above 0 m, got {shown(length)[:80]}")
+        if self.pose is not None:
+            check_kind("pose", self.pose, Pose)
 
     @classmethod
     def from_array(
@@ -216,6 +232,8 @@ class DepthFrame(BriefRepr):
         0.1
         """
         unit = as_length("unit", unit)
+        if pose is not None:
+            check_kind("pose", pose, Pose)
         raw = _counts(depth, unit)
         place = pose or Pose()
         distance = _border(raw) * unit if plane_distance is None else plane_distance

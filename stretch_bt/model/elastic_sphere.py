@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from stretch_bt.arguments import check_estimates, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.units import Estimate
 
@@ -30,9 +31,8 @@ def object_modulus(
         The sphere has not given way by more than two standard deviations, or nothing presses on it.
     """
     given = {"force": force, "deflection": deflection, "depth": depth, "radius": radius}
-    for name, estimate in given.items():
-        if not (math.isfinite(estimate.value) and math.isfinite(estimate.sd) and estimate.sd >= 0):
-            raise InvalidInput(f"{name} must be finite with a standard deviation of 0 or more, not {estimate}")
+    check_estimates(**given)
+    check_numbers("", poisson=poisson)
     if radius.value <= 0 or force.value < 0 or depth.value < 0 or not -1 < poisson <= 0.5:
         raise InvalidInput(
             "radius must be above 0 m, force and depth at least 0, the Poisson ratio above -1 and at most 0.5"

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.units import is_number
 
 __all__ = ["SHAPES", "hertz_depth", "hertz_force"]
 
@@ -108,8 +109,8 @@ SHAPES: dict[str, tuple[str, Callable[[Any, Any, float, float], _Law]]] = {
 def _law(
     shape: str, modulus: Any, radius: Any, angle: Any, poisson: float, object_modulus: float, object_poisson: float
 ) -> _Law:
-    if shape not in SHAPES:
-        raise InvalidInput(f"shape must be one of {', '.join(SHAPES)}, not {shape!r}")
+    if not isinstance(shape, str) or shape not in SHAPES:
+        raise InvalidInput(f"shape must be one of {', '.join(SHAPES)}, not {shown(shape)[:80]}")
     wanted, law = SHAPES[shape]
     size = _size(shape, wanted, radius=radius, angle=angle)
     softness = 1 - _poisson("poisson", poisson) ** 2
@@ -128,22 +129,25 @@ def _size(shape: str, wanted: str, **given: Any) -> Any:
 
 
 def _object_modulus(shape: str, value: float) -> float:
-    if not value > 0:
-        raise InvalidInput(f"object_modulus must be above 0 Pa, or infinite for a rigid object, not {value}")
-    if shape != "sphere" and value != math.inf:
+    rigid = isinstance(value, float | np.floating) and value == math.inf
+    if not (rigid or (is_number(value) and value > 0)):
+        raise InvalidInput(
+            f"object_modulus must be above 0 Pa, or infinite for a rigid object, not {shown(value)[:80]}"
+        )
+    if shape != "sphere" and not rigid:
         raise InvalidInput(f"the {shape} is rigid: object_modulus must be infinite, not {value}")
     return float(value)
 
 
 def _poisson(name: str, value: float) -> float:
-    if not -1 < value <= 0.5:
-        raise InvalidInput(f"{name} must lie above -1 and at most at 0.5, not {value}")
+    if not (is_number(value) and -1 < value <= 0.5):
+        raise InvalidInput(f"{name} must lie above -1 and at most at 0.5, not {shown(value)[:80]}")
     return float(value)
 
 
 def _finite(name: str, value: Any, unit: str) -> Any:
     try:
-        array = np.asarray(value, dtype=float)
+        array = np.asarray(value).astype(float, casting="same_kind")
     except (TypeError, ValueError):
         raise InvalidInput(f"{name} must be a number or an array of numbers, {unit}, not {value!r}") from None
     if not np.all(np.isfinite(array)):

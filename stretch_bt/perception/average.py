@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from stretch_bt.arguments import check_each
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.types import FRAME
 
 __all__ = ["average_frames"]
 
@@ -29,6 +31,7 @@ def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     IllConditioned
         The hand moved, or stretched the membrane, between the frames.
     """
+    check_each("frames", frames, DepthFrame, FRAME)
     if not frames:
         raise InvalidInput("an average needs at least one frame")
     last = frames[-1]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import Pose, as_length, as_numbers
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, Contact, FloatArray, LabelArray
@@ -30,6 +31,8 @@ def contact_from_heights(
     time: float = 0.0,
 ) -> Contact:
     """Do what `Contact.from_heights` says."""
+    if pose is not None:
+        check_kind("pose", pose, Pose)
     z = _heights(heights)
     pixel, noise = as_length("pixel", pixel), as_length("noise", noise)
     if not (math.isfinite(pixel) and pixel > 0 and math.isfinite(noise) and noise > 0):
@@ -46,7 +49,7 @@ def contact_from_heights(
             "no part of these heights is curved and raised as a contact is; raise a rounder or flatter top out of the plane, or say with"
             " 'labels' which pixels touch"
         )
-    place = pose or Pose()
+    place = Pose() if pose is None else pose
     down = np.tile(np.array([0.0, 0.0, -1.0]), (len(touching), 1))
     return Contact(touching, down, shown, noise, place.height, stretch, time, surface, sure, place)
 

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_each, check_kind
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.outlines.level import highest_of
 from stretch_bt.perception.outlines.level_place import blurred
-from stretch_bt.perception.types import Contact
-from stretch_bt.units import Estimate, Length
+from stretch_bt.perception.types import MADE, Contact
+from stretch_bt.units import Estimate, Length, is_number
 
 __all__ = ["Cap", "cap_of", "cap_residual"]
 
@@ -51,8 +52,9 @@ def cap_of(contact: Contact, radius: float) -> Cap:
     InvalidInput
         The radius is not above 0.
     """
-    if not 0 < radius < math.inf:
-        raise InvalidInput(f"a ball has a finite radius above 0 m, not {radius}")
+    check_kind("contact", contact, Contact, MADE)
+    if not (is_number(radius) and radius > 0):
+        raise InvalidInput(f"a ball has a finite radius above 0 m, not {shown(radius)[:80]}")
     surface = np.asarray(contact.surface, dtype=np.float64)
     heights, valid = blurred(surface)
     over = valid & (heights > highest_of(surface) - DOWN * radius)
@@ -99,6 +101,7 @@ def cap_residual(caps: Sequence[Cap]) -> Estimate:
     IllConditioned
         There are fewer than two caps, or they have fewer than 16 cells in common.
     """
+    check_each("caps", caps, Cap, "`cap_of` makes one of a contact")
     if len(caps) < 2:
         raise IllConditioned(f"to differ it takes two caps, not {len(caps)}; press at one more place")
     cells = np.array([cap.heights for cap in caps])

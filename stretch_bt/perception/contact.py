@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.deprojection import points_of
 from stretch_bt.perception.segmentation import Rule, classify
-from stretch_bt.perception.types import CONTACT, Contact
+from stretch_bt.perception.types import CONTACT, FRAME, Contact
 
 __all__ = ["find_contact"]
 
@@ -27,6 +28,7 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     """
     from stretch_bt.perception.contact_kernel import fill_touching
 
+    check_kind("frame", frame, DepthFrame, FRAME)
     if frame.plane_distance is None:
         raise InvalidInput(
             "a contact needs a frame with plane_distance, the distance from the camera to the flat membrane"

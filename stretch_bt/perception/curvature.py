@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_counts
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.lateral import Lateral, lateral
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.smooth import derivative, enlarge, ready_for_differences
-from stretch_bt.perception.surface import Surface, binned_surface, clean
+from stretch_bt.perception.surface import Surface, binned_surface, check_array, check_points, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Bending", "Curvatures", "along_axes", "bending", "brand", "curvatures", "spread"]
@@ -27,9 +28,10 @@ def brand(points: FloatArray, normals: FloatArray, *, stride: int = 1) -> tuple[
     the paper has s = 1). About (2 s pitch)^2 times the curvature, so compare them at one stride and distance only.
     NaN within `stride` of the edge and where a point or normal is.
     """
-    if stride < 1:
-        raise InvalidInput(f"a stride is at least 1 pixel, got {stride}")
-    if points.shape != normals.shape or points.ndim != 3:
+    check_counts(1, stride=stride)
+    check_points(points)
+    check_array("normals", normals)
+    if points.shape != normals.shape or normals.dtype.kind != "f":
         raise InvalidInput(f"points and normals have one shape (h, w, 3), got {points.shape} and {normals.shape}")
     signals = []
     for axis in (1, 0):
@@ -60,6 +62,7 @@ class Curvatures(BriefRepr):
 
 def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) -> Curvatures:
     """Return the curvatures of organised points (h, w, 3), m, by Gaussian second derivatives of `kernel`, m."""
+    check_points(points, valid)
     i, j, total = (np.zeros(valid.shape, dtype=np.float32) for _ in range(3))
     trusted = np.zeros(valid.shape, dtype=bool)
     cleaned = clean(points, valid)

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import DepthFrame, Intrinsics, Pose
+from stretch_bt.arguments import check_kind, check_numbers
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, are_finite
 from stretch_bt.perception.robust import quantile, sample
+from stretch_bt.perception.surface import check_array
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["deproject", "depth_of", "points_of", "to_membrane", "to_world", "view_rays", "world_turn"]
@@ -49,10 +51,11 @@ def points_of(
     from stretch_bt.perception.surface_kernel import fill_points
 
     if isinstance(depth, DepthFrame):
-        intrinsics = intrinsics or depth.intrinsics
+        intrinsics = depth.intrinsics if intrinsics is None else intrinsics
     image, valid = depth_of(depth)
     if intrinsics is None:
         raise InvalidInput("deproject needs the intrinsics of the image")
+    check_kind("intrinsics", intrinsics, Intrinsics)
     if image.shape != (intrinsics.height, intrinsics.width):
         raise InvalidInput(
             f"these intrinsics are of {intrinsics.height} rows by {intrinsics.width} columns, the image is {image.shape}"
@@ -136,6 +139,8 @@ def ray_table(intrinsics: Intrinsics, dtype: str = "d") -> FloatArray:
 
 def to_membrane(points: FloatArray, plane_distance: float) -> FloatArray:
     """Move points (..., 3), m, from the camera frame to the membrane frame: z = plane_distance - depth."""
+    _check_triples(points)
+    check_numbers("in m", plane_distance=plane_distance)
     moved: FloatArray = np.array(points, copy=True)
     moved[..., 2] = plane_distance - moved[..., 2]
     return moved
@@ -156,11 +161,23 @@ def to_world(points: FloatArray, pose: Pose) -> npt.NDArray[np.float64]:
     return moved
 
 
+def _check_triples(points: FloatArray) -> None:
+    """Raise InvalidInput unless points are (..., 3) floats."""
+    check_array("points", points)
+    if points.ndim < 1 or points.shape[-1] != 3 or points.dtype.kind != "f":
+        raise InvalidInput(f"points are (..., 3) floats in m, got {points.dtype} {points.shape}")
+
+
 def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
     """Return unit vectors (..., 3) from the camera through points (..., 3), both in one frame, m.
 
     In the membrane frame the camera is at (0, 0, plane_distance).
     """
+    _check_triples(points)
+    if not are_finite(camera, 3):
+        raise InvalidInput(
+            f"camera is the place (x, y, z) of the camera, three finite numbers in m, got {shown(camera)[:80]}"
+        )
     away = points - np.asarray(camera, dtype=points.dtype)
     rays: FloatArray = away / np.sqrt(np.square(away) @ np.ones(3, away.dtype))[..., None]
     return rays

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.arguments import check_counts
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.quiet import Quiet
-from stretch_bt.perception.reference import Reference, coarse_rise
+from stretch_bt.perception.reference import Reference, check_kernel, coarse_rise
 from stretch_bt.perception.types import FloatArray
+from stretch_bt.units import is_number
 
 __all__ = ["ContactDetector"]
 
@@ -40,10 +42,10 @@ class ContactDetector:
     def __init__(
         self, *, reference: int = 5, kernel: float = 10.0, false_alarms: float = 1e-3, memory: int = 60
     ) -> None:
-        if not 0.0 < false_alarms < 0.5:
-            raise InvalidInput(f"false_alarms is a probability between 0 and 0.5, got {false_alarms}")
-        if not kernel > 0:
-            raise InvalidInput(f"kernel is a positive number of pixels, got {kernel}")
+        if not (is_number(false_alarms) and 0.0 < false_alarms < 0.5):
+            raise InvalidInput(f"false_alarms is a probability between 0 and 0.5, got {shown(false_alarms)[:80]}")
+        check_counts(1, memory=memory)
+        check_kernel(kernel)
         self._reference = Reference(reference)
         self._kernel = kernel
         self._false_alarms = false_alarms

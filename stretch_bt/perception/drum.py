@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import InvalidInput, NoContact, shown
 from stretch_bt.perception.surface import check_labels, check_points
 from stretch_bt.perception.top import Places, Points, Top, disc_of
@@ -110,6 +111,7 @@ def _check(
     points: FloatArray, labels: LabelArray, height: float, thickness: float, strain: Estimate, gauge: float
 ) -> None:
     """Refuse numbers of which no lift follows."""
+    check_estimates(strain=strain)
     if not (is_number(height) and is_number(strain.sd) and strain.sd >= 0.0):
         raise InvalidInput(
             f"height and the deviation of the strain must be finite, not {shown(height)} m and {strain.sd}"

@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clean import median
-from stretch_bt.perception.pattern import Pattern
+from stretch_bt.perception.pattern import LEARNED, Pattern
 from stretch_bt.perception.reference import coarse_rise
 from stretch_bt.perception.robust import MAD_TO_SD
+from stretch_bt.perception.types import FRAME
 from stretch_bt.units import Estimate
 
 __all__ = ["pulled_down"]
@@ -37,6 +39,8 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     IllConditioned
         Too little of it is seen to tell the noise.
     """
+    check_kind("frame", frame, DepthFrame, FRAME)
+    check_kind("pattern", pattern, Pattern, LEARNED)
     if frame.raw.shape != pattern.hung.shape or frame.plane_distance is None:
         raise InvalidInput(f"it takes a frame of {pattern.hung.shape} pixels that says how far the flat membrane is")
     if frame.stretch is not None and pattern.stretch is not None and abs(frame.stretch - pattern.stretch) > SAME:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact, shown
 from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import HighMeans
@@ -17,7 +18,7 @@ from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_labels, check_points, finite, pitch_of
+from stretch_bt.perception.surface import check_array, check_labels, check_points, finite, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
@@ -89,8 +90,8 @@ def track_height(
     """
     check_points(points, valid)
     check_labels(labels, points)
-    if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
-        raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    if curvature is not None:
+        check_curvature(curvature)
     if reach is not None and not (is_number(reach) and reach > 0):
         raise InvalidInput(f"reach is a length above 0 m, got {shown(reach)}")
     valid = finite(points, valid)
@@ -112,6 +113,13 @@ def track_height(
     if not tops:
         raise refusals[0]
     return _within(_highest(points, valid, labels == CONTACT, noise, others, curvature, tops), reach)
+
+
+def check_curvature(curvature: Estimate) -> None:
+    """Raise InvalidInput unless a curvature, 1/m, is known with a standard deviation above 0."""
+    check_estimates(curvature=curvature)
+    if curvature.sd == 0:
+        raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
 
 
 def _highest(
@@ -185,6 +193,9 @@ def top_of_points(points: FloatArray) -> Estimate:
 
     Its standard deviation is that of noise independent from point to point.
     """
+    check_array("points", points)
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
+        raise InvalidInput(f"contact points are real numbers of shape (n, 3), m, got {points.dtype} {points.shape}")
     some = _some(np.arange(len(points)))
     seen = _points(points[some], some, 1, None)
     return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2]))).height
@@ -209,8 +220,6 @@ def _some(places: Places) -> Places:
 def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None) -> Points:
     """Return those of points (n, 3), m, that are finite, enough for a height."""
     cloud = np.asarray(points, dtype=np.float64)
-    if cloud.ndim != 2 or cloud.shape[1] != 3:
-        raise InvalidInput(f"contact points have shape (n, 3), got {cloud.shape}")
     found = Points(np.ascontiguousarray(cloud.T), places, wide, noise)
     finite = np.isfinite(found.cloud).all(axis=0)
     if not finite.all():

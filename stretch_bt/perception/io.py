@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.arguments import check_path
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.source.arrays import load_arrays
 from stretch_bt.source.bounds import MAX_IMAGE, read_bytes
 from stretch_bt.source.png import check_png
+from stretch_bt.units import is_number
 
 __all__ = ["load_depth_png", "load_depth_stack"]
 
@@ -36,6 +38,7 @@ def load_depth_png(
     import cv2
 
     _check_unit(unit)
+    check_path(path)
     try:
         data = read_bytes(Path(path), MAX_IMAGE)
     except OSError as error:
@@ -68,6 +71,7 @@ def load_depth_stack(
         The file or array is missing or of another kind, or does not fit the intrinsics or the times.
     """
     _check_unit(unit)
+    check_path(path)
     stack, stamps = _read_stack(path, key, times)
     if stack.ndim != 3 or stack.dtype != np.uint16:
         raise InvalidInput(
@@ -82,8 +86,8 @@ def load_depth_stack(
 
 
 def _check_unit(unit: float) -> None:
-    if not 1e-6 <= unit <= 1e-2:
-        raise InvalidInput(f"unit is the depth of one count in metres, such as 0.000125, got {unit}")
+    if not (is_number(unit) and 1e-6 <= unit <= 1e-2):
+        raise InvalidInput(f"unit is the depth of one count in metres, such as 0.000125, got {shown(unit)[:80]}")
 
 
 def _read_stack(

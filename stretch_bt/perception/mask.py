@@ -9,9 +9,11 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind, check_numbers
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception.deprojection import ray_table
+from stretch_bt.perception.types import FRAME
 
 __all__ = ["mask_membrane"]
 
@@ -29,12 +31,12 @@ def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: flo
     InvalidInput
         The frame does not say how far the flat membrane is, or a length is not positive.
     """
+    check_kind("frame", frame, DepthFrame, FRAME)
+    check_numbers("in m", gauge=gauge, width=width, stretch=stretch)
     if frame.plane_distance is None:
         raise InvalidInput("a box mask needs a frame with plane_distance, the distance to the flat membrane")
-    if not (0 < gauge < math.inf and 0 < width < math.inf and 0 < gauge + stretch < math.inf):
-        raise InvalidInput(
-            f"gauge, width and length must be positive and finite, got {gauge}, {width} and {gauge + stretch} m"
-        )
+    if not (gauge > 0 and width > 0 and gauge + stretch > 0):
+        raise InvalidInput(f"gauge, width and length must be positive, got {gauge}, {width} and {gauge + stretch} m")
     half_length = 0.5 * (gauge + stretch) - MARGIN
     half_width = 0.5 * width / math.sqrt((gauge + stretch) / gauge) - MARGIN
     inside = _box(frame.intrinsics, half_length / frame.plane_distance, half_width / frame.plane_distance)

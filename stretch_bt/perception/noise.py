@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_counts
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
@@ -67,6 +68,7 @@ def pixel_noise(depth: FloatArray | DepthFrame, *, width: int = 15, lags: int = 
     IllConditioned
         No patch is valid throughout.
     """
+    check_counts(1, width=width, lags=lags)
     image, valid = depth_of(depth)
     if width < max(5, 2 * lags):
         raise InvalidInput(f"a patch is at least 5 pixels and twice the lags wide, got {width} and {lags} lags")
@@ -104,6 +106,12 @@ def _beside(residual: Array, lag: int) -> float:
     return float(aside + below) / (2.0 * power)
 
 
+def _length(given: Any) -> int:
+    """Return how many images a list or a stack of them holds; 0 for what is none."""
+    images = isinstance(given, Sequence) and not isinstance(given, str)
+    return len(given) if images or getattr(given, "ndim", 0) > 0 else 0
+
+
 def frame_noise(frames: Sequence[FloatArray | DepthFrame], *, lags: int = 5) -> FrameNoise:
     """Measure the noise of depth images (h, w), m, or frames of a still scene.
 
@@ -114,8 +122,9 @@ def frame_noise(frames: Sequence[FloatArray | DepthFrame], *, lags: int = 5) -> 
     IllConditioned
         No pixel is valid in all frames.
     """
-    if len(frames) < lags + 2:
-        raise InvalidInput(f"{lags} lags take at least {lags + 2} frames, got {len(frames)}")
+    check_counts(1, lags=lags)
+    if _length(frames) < lags + 2:
+        raise InvalidInput(f"{lags} lags take at least {lags + 2} frames, got {_length(frames)}")
     images = [depth_of(frame) for frame in frames]
     if len({image.shape for image, _ in images}) > 1:
         raise InvalidInput("frames of one scene have one shape")

@@ -7,7 +7,7 @@ import numpy as np
 from stretch_bt.perception.curvature import bending
 from stretch_bt.perception.lateral import Lateral, lateral
 from stretch_bt.perception.smooth import enlarge
-from stretch_bt.perception.surface import Surface, binned_surface, clean
+from stretch_bt.perception.surface import Surface, binned_surface, check_points, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["estimate_normals", "surface_normals"]
@@ -30,6 +30,7 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     trusted : (h, w) bool
         Valid, with most of the kernel on valid pixels.
     """
+    check_points(points, valid)
     found = np.full(points.shape, np.nan, dtype=np.float32)
     trusted = np.zeros(valid.shape, dtype=bool)
     cleaned = clean(points, valid)

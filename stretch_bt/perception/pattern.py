@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import FINER
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
-from stretch_bt.perception.types import Contact, MaskArray
+from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
 from stretch_bt.units import Estimate, Length, Speed, Time
 
 __all__ = ["HANG", "FreeView", "Pattern", "with_left_over", "without_pattern"]
@@ -27,6 +28,7 @@ KERNEL = 6.0  # pixels; a static error is smoother than that, and noise that fra
 DELAY = 15  # latest frames that are left out, as a press may have begun in them
 DRIFT = 4e-6  # m/s; standard deviation of how fast depth drifts over cameras: a quarter of a millimetre a minute
 LEAST_MEANS = 30  # frames from which a drift can be told
+LEARNED = "`FreeView.pattern` makes one"
 SEEN = 0.5  # share of the frames in which a pixel must be valid
 #: m; what a silicone membrane hangs by in its middle, where nothing is known of it
 HANG = Estimate(3e-4, 3e-4)
@@ -77,6 +79,7 @@ class FreeView:
         InvalidInput
             The frames differ in unit or intrinsics.
         """
+        check_kind("frame", frame, DepthFrame, FRAME)
         first = self._first = self._first or frame
         if frame.unit != first.unit or frame.intrinsics != first.intrinsics:
             raise InvalidInput("a free view needs frames of one camera: their unit or intrinsics differ")
@@ -164,6 +167,8 @@ def _drift(means: Array) -> tuple[float, float]:
 
 def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
     """Return a contact that counts what a pattern missed among the noise: an error that the whole contact may share."""
+    check_kind("contact", contact, Contact, MADE)
+    check_kind("pattern", pattern, Pattern, LEARNED)
     shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
     return replace(contact, noise_area=contact.noise_area + shared)
 
@@ -176,6 +181,8 @@ def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     InvalidInput
         The frame is of another shape than the pattern.
     """
+    check_kind("frame", frame, DepthFrame, FRAME)
+    check_kind("pattern", pattern, Pattern, LEARNED)
     if frame.raw.shape != pattern.error.shape:
         raise InvalidInput(f"the pattern is of images of shape {pattern.error.shape}, got {frame.raw.shape}")
     finer = FINER if FINER * int(frame.raw.max()) + FINER <= np.iinfo(np.uint16).max else 1

@@ -3,34 +3,43 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.frames import DepthFrame
+from stretch_bt.arguments import check_counts
+from stretch_bt.errors import InvalidInput, NoContact, shown
+from stretch_bt.frames import DepthFrame, as_numbers
 from stretch_bt.perception.clean import median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.units import is_number
 
-__all__ = ["Reference", "coarse_rise", "smoothed_rise"]
+__all__ = ["Reference", "check_kernel", "coarse_rise", "smoothed_rise"]
 
 Image = npt.NDArray[np.float32]
 
 Window = tuple[slice, slice]
 
 SEEN = 0.8  # share of the reference frames in which a pixel must be valid
+WIDEST = 1000  # pixels of a kernel; no camera of this kind has an image twice as wide
 COVER = 0.75  # share of the kernel that must see valid pixels
+
+
+def check_kernel(kernel: float) -> None:
+    """Raise InvalidInput unless a kernel is a width in pixels that an image can have."""
+    if not (is_number(kernel) and 0 < kernel <= WIDEST):
+        raise InvalidInput(f"kernel is a number of pixels above 0 and up to {WIDEST}, got {shown(kernel)[:80]}")
 
 
 class Reference:
     """Running mean of the first `count` frames, from any sensor whatever its shape at rest."""
 
     def __init__(self, count: int = 5) -> None:
-        if count < 1:
-            raise InvalidInput(f"a reference takes at least one frame, got {count}")
+        check_counts(1, reference=count)
         self.count = count
         self.learned = 0
         self._sum: npt.NDArray[np.float64] = np.zeros((0, 0))
@@ -55,12 +64,12 @@ class Reference:
         self._mean = None
 
     def _image(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[FloatArray, MaskArray]:
-        whole = depth.raw if isinstance(depth, DepthFrame) else np.asarray(depth)
+        whole: npt.NDArray[Any] = depth.raw if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth)
         if self.learned and whole.shape != self._sum.shape:
             raise InvalidInput(f"the reference is of images of shape {self._sum.shape}, got {whole.shape}")
         if isinstance(depth, DepthFrame):
             return depth_of(depth.raw[window] * np.float32(depth.unit))
-        return depth_of(np.asarray(depth)[window])
+        return depth_of(whole[window] if whole.ndim == 2 else whole)
 
     @property
     def box(self) -> Window:

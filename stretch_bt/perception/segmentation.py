@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
@@ -22,7 +22,7 @@ from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
-from stretch_bt.perception.surface import Cleaned, binned_surface, clean
+from stretch_bt.perception.surface import Cleaned, binned_surface, check_points, clean
 from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
@@ -96,8 +96,11 @@ def classify(
 
     `towards` is +1 for points in the membrane frame, -1 in the camera frame, 0 to tell them apart as `segment` does.
     """
-    if rule not in ("mean", "either"):
-        raise InvalidInput(f"rule is 'mean' or 'either', got {rule!r}")
+    if not isinstance(rule, str) or rule not in ("mean", "either"):
+        raise InvalidInput(f"rule is 'mean' or 'either', got {shown(rule)[:80]}")
+    if not isinstance(towards, int) or towards not in (-1, 0, 1):
+        raise InvalidInput(f"towards is 1, -1 or 0, got {shown(towards)[:80]}")
+    check_points(points, valid)
     cleaned = clean(points, valid, towards)
     if cleaned is None:
         labels = np.where(valid, UNDEFORMED, INVALID).astype(np.uint8)

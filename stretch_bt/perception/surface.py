@@ -8,19 +8,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
+from stretch_bt.units import is_number
 
 __all__ = [
     "Cleaned",
     "Surface",
     "binned_surface",
     "camera_side",
+    "check_array",
     "check_labels",
     "check_pitch",
     "check_points",
@@ -121,15 +123,23 @@ class Surface:
         return self.noise * spread_of_mean(self.length, pixels, *each)
 
 
-def check_points(points: FloatArray, valid: MaskArray | None = None) -> None:
-    """Raise InvalidInput unless points are (h, w, 3) floats and valid, where it is given, is (h, w) bool."""
-    for what, given in (("points", points), ("valid", valid)):
-        if given is not None and not isinstance(given, np.ndarray):
-            raise InvalidInput(f"{what} is an array of numpy, got {type(given).__name__}; give numpy.asarray({what})")
+def check_array(what: str, given: object) -> None:
+    """Raise InvalidInput unless something is an array of numpy without a mask of its own, which nothing here would heed."""
+    if not isinstance(given, np.ndarray):
+        raise InvalidInput(f"{what} is an array of numpy, got {type(given).__name__}; give numpy.asarray({what})")
+    if isinstance(given, np.ma.MaskedArray):
+        raise InvalidInput(f"{what} is an array without a mask, got a masked one; give {what}.filled(numpy.nan)")
+
+
+def check_points(points: FloatArray, *masks: MaskArray) -> None:
+    """Raise InvalidInput unless points are (h, w, 3) floats and the mask of the valid ones, where one is given, is (h, w) bool."""
+    for what, given in (("points", points), *(("valid", mask) for mask in masks)):
+        check_array(what, given)
     if points.ndim != 3 or points.shape[2] != 3 or points.dtype.kind != "f":
         raise InvalidInput(f"points are (h, w, 3) floats in m, got {points.dtype} {points.shape}")
-    if valid is not None and (valid.shape != points.shape[:2] or valid.dtype != np.bool_):
-        raise InvalidInput(f"valid is a bool mask of shape {points.shape[:2]}, got {valid.dtype} {valid.shape}")
+    for valid in masks:
+        if valid.shape != points.shape[:2] or valid.dtype != np.bool_:
+            raise InvalidInput(f"valid is a bool mask of shape {points.shape[:2]}, got {valid.dtype} {valid.shape}")
 
 
 def check_labels(labels: LabelArray, points: FloatArray) -> None:
@@ -225,8 +235,8 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
     """
     from stretch_bt.perception.surface_kernel import fill_surface
 
-    if not 0.0 < kernel < LARGEST_KERNEL:
-        raise InvalidInput(f"a kernel is a length in m above 0 and below {LARGEST_KERNEL}, got {kernel}")
+    if not (is_number(kernel) and 0.0 < kernel < LARGEST_KERNEL):
+        raise InvalidInput(f"a kernel is a length in m above 0 and below {LARGEST_KERNEL}, got {shown(kernel)[:80]}")
     pixels = kernel / cleaned.pitch
     step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
     # A bin spreads a pixel by (step^2 - 1) / 12 already.

@@ -52,6 +52,16 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     """
     from stretch_bt.perception.tension_kernel import settle_angle
 
+    if not (is_number(share) and -1.0 < share < 1.0):
+        raise InvalidInput(f"share is a correlation between -1 and 1, got {shown(share)[:80]}")
+    for what, given in (("along_i", along_i), ("along_j", along_j)):
+        if (
+            not isinstance(given, np.ndarray)
+            or given.shape != np.shape(along_i)
+            or given.ndim != 1
+            or given.dtype.kind != "f"
+        ):
+            raise InvalidInput(f"{what} are (n,) floats, 1/m, as many as along_i, got {shown(given)[:80]}")
     every = max(1, len(along_i) // ENOUGH)
     pairs = np.stack([along_i[::every], along_j[::every]]).astype(np.float64)
     if pairs.shape[1] < 30:

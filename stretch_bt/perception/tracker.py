@@ -7,12 +7,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput, NoAnswer
+from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clean import median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_points
-from stretch_bt.perception.reference import Reference, smoothed_rise
+from stretch_bt.perception.reference import Reference, check_kernel, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -36,8 +36,7 @@ class HeightTracker:
     """
 
     def __init__(self, *, reference: int = 5, kernel: float = 10.0) -> None:
-        if not kernel > 0:
-            raise InvalidInput(f"kernel is a positive number of pixels, got {kernel}")
+        check_kernel(kernel)
         self._reference = Reference(reference)
         self._kernel = kernel
         self._noise: list[float] = []

@@ -10,14 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import Pose
-from stretch_bt.units import Angle, Curvature, Length, Time
+from stretch_bt.units import Angle, Curvature, Length, Time, is_number
 
 __all__ = [
+    "CLOUD",
     "CONTACT",
     "DEFORMED",
+    "FRAME",
     "INVALID",
+    "MADE",
     "UNDEFORMED",
     "Candidate",
     "Cone",
@@ -41,6 +44,11 @@ ShapeKind = Literal["plane", "sphere", "cylinder", "cone"]
 
 UNDEFORMED, DEFORMED, CONTACT, INVALID = 0, 1, 2, 255
 
+#: what makes a contact, a frame and a cloud, for who gave something else
+MADE = "`find_contact` and `Contact.from_heights` make one"
+FRAME = "a camera and `DepthFrame.from_array` make one"
+CLOUD = "`fuse_contact` and `cloud_of` make one"
+
 
 @dataclass(frozen=True, slots=True)
 class SurfaceNoise:
@@ -50,9 +58,10 @@ class SurfaceNoise:
     area: float
 
     def __post_init__(self) -> None:
-        if not (0.0 <= self.sd < math.inf and 1.0 <= self.area < math.inf):
+        if not (is_number(self.sd) and self.sd >= 0.0 and is_number(self.area) and self.area >= 1.0):
             raise InvalidInput(
-                f"the noise of a surface has a finite deviation of 0 m or more, and 1 or more pixels that share an error, got {self.sd}, {self.area}"
+                "the noise of a surface has a finite deviation of 0 m or more, and 1 or more pixels that share an error, got"
+                f" {shown(self.sd)[:80]} and {shown(self.area)[:80]}"
             )
 
     def of_means(self, pixels: float) -> SurfaceNoise:

@@ -47,6 +47,7 @@ class SheetModel(MembraneModel):
 
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
         """Return the force, N, and its standard deviation; from 2 mm on settled to about 0.1 %, as a tick wants, lighter exactly."""
+        self.range.check(depth=depth)
         return self._told(radius, stretch, depth, _QUICK if depth >= _LIGHT else _EXACT)
 
     def _told(self, radius: float, stretch: float, depth: float, settings: Settings) -> tuple[float, float]:

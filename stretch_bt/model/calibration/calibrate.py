@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.arguments import check_kind
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.model.calibration.calibrate_hertz import fit_calibrated_hertz
 from stretch_bt.model.calibration.calibrate_membrane import fit_membrane, within_table
 from stretch_bt.model.calibration.depth_zero import DepthZero
@@ -107,8 +108,11 @@ def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str
     IllConditioned
         The measurements do not determine it.
     """
-    if model not in CALIBRATIONS:
-        raise InvalidInput(f"no model {model!r}; choose one of {', '.join(CALIBRATIONS)}")
+    check_kind("given", given, Measurements, "`Measurements.of` makes one of a table")
+    if provenance is not None:
+        check_kind("provenance", provenance, dict)
+    if not isinstance(model, str) or model not in CALIBRATIONS:
+        raise InvalidInput(f"no model {shown(model)[:80]}; choose one of {', '.join(CALIBRATIONS)}")
     fitted = CALIBRATIONS[model](given, provenance)
     used = given if model == PAPER else within_table(given)[0]
     return Calibration(fitted, tuple(_residuals(fitted, used)), tuple(leave_one_out(used, _UNJUDGED[model])))

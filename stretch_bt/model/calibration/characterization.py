@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_path
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.calibration.form import Form, digits, text_of, wrong
 from stretch_bt.model.calibration.protocol import State
@@ -118,6 +119,7 @@ def read_table(path: str | Path) -> Table:
     InvalidInput
         The file is missing or is no table; the text names the line, and what to do.
     """
+    check_path(path)
     return parse_table(text_of(path), str(path))
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.arguments import check_numbers, check_path
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.source.bounds import read_bytes
 from stretch_bt.source.strict_json import read_json
 from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
@@ -24,6 +24,7 @@ __all__ = [
     "SHIPPED",
     "ForceModel",
     "Range",
+    "check_model",
     "model_of_kind",
     "require_force",
     "shipped",
@@ -78,6 +79,7 @@ class Range:
 
     def check(self, **values: float) -> None:
         """Raise InvalidInput, saying the range, when a named value lies outside it."""
+        check_numbers("in m", **values)
         for name, value in values.items():
             low, high = getattr(self, name)
             if not low <= value <= high:
@@ -87,6 +89,7 @@ class Range:
 
     def holds(self, radius: float, stretch: float, depth: float) -> bool:
         """Tell whether a place lies inside, as far as arm and gripper stand where they are sent."""
+        check_numbers("in m", radius=radius, stretch=stretch, depth=depth)
         places = ((self.radius, radius, _SAME), (self.stretch, stretch, STRETCH_OFF), (self.depth, depth, DEPTH_OFF))
         return all(low - off <= value <= high + off for (low, high), value, off in places)
 
@@ -161,6 +164,7 @@ class ForceModel(ABC):
 
     def save(self, path: str | Path) -> None:
         """Write the parameters, their standard deviations, the range and the provenance to a JSON file."""
+        check_path(path)
         content = {"format": FORMAT, "kind": self.kind, **self.to_json()}
         Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
@@ -173,6 +177,7 @@ class ForceModel(ABC):
         InvalidInput
             The file is missing or is not a calibration.
         """
+        check_path(path)
         if str(path) in SHIPPED:
             return shipped(str(path))
         try:
@@ -201,8 +206,10 @@ def shipped(name: str) -> ForceModel:
     InvalidInput
         There is no such model.
     """
-    if name not in SHIPPED:
-        raise InvalidInput(f"no shipped model {name!r}; name one of {', '.join(SHIPPED)}, or a calibration file")
+    if not isinstance(name, str) or name not in SHIPPED:
+        raise InvalidInput(
+            f"no shipped model {shown(name)[:80]}; name one of {', '.join(SHIPPED)}, or a calibration file"
+        )
     file, kind = SHIPPED[name]
     return _decode(files("stretch_bt.model").joinpath(f"data/{file}.json").read_text("utf-8"), kind)
 
@@ -226,5 +233,22 @@ def model_of_kind(kind: str) -> type[ForceModel]:
 
 def require_force(force: float) -> None:
     """Raise InvalidInput unless the force is a finite number of N, 0 or more."""
-    if not (math.isfinite(force) and force >= 0):
-        raise InvalidInput(f"force must be finite and at least 0 N, not {force}")
+    if not (is_number(force) and force >= 0):
+        raise InvalidInput(f"force must be finite and at least 0 N, not {shown(force)[:80]}")
+
+
+@runtime_checkable
+class _Law(Protocol):
+    """What of a model is used: a class of the caller's own may have just that."""
+
+    range: Range
+
+    def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]: ...
+
+
+def check_model(model: object) -> None:
+    """Raise InvalidInput unless something tells forces, and where it does."""
+    if not isinstance(model, _Law):
+        raise InvalidInput(
+            f"model is a ForceModel, not {shown(model)[:80]}; `ForceModel.load` and `ForceModel.default` give one"
+        )

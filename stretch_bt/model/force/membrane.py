@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_numbers
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
 from stretch_bt.model.force.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
@@ -131,6 +132,7 @@ class MembraneModel(ForceModel):
 
     def deepest(self, radius: float, stretch: float) -> float:
         """Return the deepest press, m, that the range allows and the membrane can bear."""
+        check_numbers("in m", radius=radius, stretch=stretch)
         return min(self.range.depth[1], read_table().reach(2 * radius, self.hand.mount_prestretch + stretch))
 
     @property

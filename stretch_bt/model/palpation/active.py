@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.arguments import check_each, check_kind
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.force.local import Pressed
 from stretch_bt.model.palpation.balance import LAW
@@ -17,6 +18,7 @@ from stretch_bt.model.palpation.planning import (
     MARGIN,
     Limits,
     Plan,
+    check_asked,
     hardest_trusted,
     next_press,
     off_by,
@@ -24,6 +26,7 @@ from stretch_bt.model.palpation.planning import (
     stretches,
 )
 from stretch_bt.model.palpation.series import Series
+from stretch_bt.units import is_number
 
 __all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
 
@@ -46,7 +49,7 @@ class Costs:
 
     def __post_init__(self) -> None:
         values = (self.speed, self.change, self.frame, self.settle)
-        if not all(map(math.isfinite, values)) or min(self.speed, self.frame) <= 0 or min(self.change, self.settle) < 0:
+        if not all(map(is_number, values)) or min(self.speed, self.frame) <= 0 or min(self.change, self.settle) < 0:
             raise InvalidInput(f"costs need a speed and a time of a frame above 0, and no time below 0 s, got {self}")
 
     def most_by_stretching(self, count: int) -> float:
@@ -75,7 +78,7 @@ class Looks:
 
     def __post_init__(self) -> None:
         values = (self.frame, self.fixed, self.robot, self.taken)
-        if not all(map(math.isfinite, values)) or self.frame <= 0 or min(values) < 0:
+        if not all(map(is_number, values)) or self.frame <= 0 or min(values) < 0:
             raise InvalidInput(f"looks need an sd of a frame above 0 m, and none of their numbers below 0, got {self}")
 
 
@@ -138,8 +141,14 @@ def next_look(
     InvalidInput
         A number is not finite or has the wrong sign.
     """
-    if not counts or min(counts) < 1 or not (math.isfinite(least) and least >= 0):
-        raise InvalidInput(f"counts must be 1 or more and least at least 0 1/s, not {tuple(counts)} and {least}")
+    check_asked(model, radius, fit, last, drop, limits)
+    check_kind("looks", looks, Looks)
+    check_kind("costs", costs, Costs)
+    check_each("counts", counts, int)
+    if not counts or min(counts) < 1 or not (is_number(least) and least >= 0):
+        raise InvalidInput(
+            f"counts must be 1 or more and least at least 0 1/s, not {tuple(counts)} and {shown(least)[:80]}"
+        )
     try:
         fit.force_at(drop)
     except IllConditioned:

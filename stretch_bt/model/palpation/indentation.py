@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.model.force.force_model import ForceModel, check_model
 
 __all__ = ["next_indentation"]
 
@@ -26,4 +26,5 @@ def next_indentation(model: ForceModel, radius: float, stretch: float, force: fl
     NoEquilibrium
         No depth that the model covers gives the force.
     """
+    check_model(model)
     return model.depth_for(radius, stretch, force)

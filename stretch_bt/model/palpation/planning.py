@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium
-from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.arguments import check_kind, check_numbers
+from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium, shown
+from stretch_bt.model.force.force_model import ForceModel, check_model
 from stretch_bt.model.force.local import Pressed
 from stretch_bt.model.palpation.indentation import next_indentation
 from stretch_bt.model.palpation.series import ROBOT, Series
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
 
 __all__ = [
     "MARGIN",
@@ -50,7 +51,7 @@ class Limits:
     stretch_step: float
 
     def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.lowest, self.force, self.stretch, self.stretch_step))):
+        if not all(map(is_number, (self.lowest, self.force, self.stretch, self.stretch_step))):
             raise InvalidInput(f"limits must be finite, got {self}")
         if self.force <= 0 or self.stretch < 0 or self.stretch_step <= 0:
             raise InvalidInput(f"limits need a force and a stretch step above 0, got {self}")
@@ -68,6 +69,20 @@ class Plan:
 
 class NoHarderPress(IllConditioned):
     """No press within the limits is harder than the latest."""
+
+
+def check_asked(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> None:
+    """Raise InvalidInput for what is no model, fit, reading or limits, or no number."""
+    check_model(model)
+    check_numbers("in m", radius=radius, drop=drop)
+    check_kind("fit", fit, Series, "`fit_series` makes one")
+    check_kind("limits", limits, Limits)
+    try:
+        numbers = last.stretch, last.hand, last.height, last.sd
+    except AttributeError:
+        raise InvalidInput(f"last is the last reading, a TopReading, not {shown(last)[:80]}") from None
+    if not all(map(is_number, numbers)):
+        raise InvalidInput(f"the numbers of the last reading must be finite, m, not {numbers}")
 
 
 def next_press(
@@ -93,6 +108,9 @@ def next_press(
     IllConditioned
         Nothing within the limits presses harder than the last press.
     """
+    check_asked(model, radius, fit, last, drop, limits)
+    if needed is not None:
+        check_numbers("in m", needed=needed)
     wanted = _aim(fit, drop, limits.force)
     for stretch in stretches(last.stretch, limits):
         least = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.arguments import check_estimates
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.model.force.force_model import ForceModel, check_model
 from stretch_bt.model.force.local import Pressed, local_forces
 from stretch_bt.model.palpation.balance import FLATTEST, LAW, STEEPEST, Balance, presses_of
 from stretch_bt.model.palpation.law import ObjectLaw
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
 
 __all__ = ["POWER", "STIFFENING", "Series", "TopReading", "fit_series"]
 
@@ -83,8 +84,8 @@ class Series:
 
     def force_at(self, drop: float) -> Estimate:
         """Return the force, N, at a drop, m; its sd is that of the readings alone, the force model taken as right."""
-        if not (math.isfinite(drop) and drop > 0):
-            raise InvalidInput(f"drop must be finite and above 0 m, not {drop}")
+        if not (is_number(drop) and drop > 0):
+            raise InvalidInput(f"drop must be finite and above 0 m, not {shown(drop)[:80]}")
         self._require_drop()
         logarithm, by_law = self.law.log_force(drop)
         force = self.reference * math.exp(logarithm)
@@ -103,8 +104,8 @@ class Series:
 
     def _drop(self, force: float) -> tuple[float, Array]:
         """Return the drop, m, at a force, N, and its derivatives by the law (3,)."""
-        if not (math.isfinite(force) and force > 0):
-            raise InvalidInput(f"force must be finite and above 0 N, not {force}")
+        if not (is_number(force) and force > 0):
+            raise InvalidInput(f"force must be finite and above 0 N, not {shown(force)[:80]}")
         drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
         return float(drops[0]), by_law[0]
 
@@ -169,6 +170,7 @@ def fit_series(
     InvalidInput
         A number is not finite or has the wrong sign, or a reading lies outside the model's range.
     """
+    check_model(model)
     _check(radius, readings, top, power, stiffening, robot_sd=robot_sd, common_sd=common_sd)
     forces = local_forces(model, radius.value, readings)
     _enough(forces.force, readings, top)
@@ -230,19 +232,30 @@ def _check(
     stiffening: Estimate,
     **sds: float,
 ) -> None:
-    if not (math.isfinite(radius.value) and radius.value > 0 and math.isfinite(radius.sd) and radius.sd >= 0):
+    check_estimates(radius=radius, power=power, stiffening=stiffening, **({} if top is None else {"top": top}))
+    if radius.value <= 0:
         raise InvalidInput(f"radius must be finite and above 0 m, with a standard deviation of 0 or more, not {radius}")
-    if not readings:
-        raise IllConditioned("there is no reading of the object's top")
-    values = np.array([(r.stretch, r.hand, r.height, r.sd) for r in readings], dtype=float)
-    if not np.all(np.isfinite(values)) or np.any(values[:, 3] <= 0):
-        raise InvalidInput("readings must be finite, m, and their standard deviations above 0 m")
-    if top is not None and not (math.isfinite(top.value) and math.isfinite(top.sd) and top.sd > 0):
+    _check_readings(readings)
+    if top is not None and top.sd == 0:
         raise InvalidInput(f"top must be finite with a standard deviation above 0 m, not {top}")
-    if not (math.isfinite(power.sd) and power.sd > 0 and FLATTEST <= power.value <= STEEPEST):
+    if not (power.sd > 0 and FLATTEST <= power.value <= STEEPEST):
         raise InvalidInput(f"power must lie within {FLATTEST} to {STEEPEST} with an sd above 0, not {power}")
-    if not (math.isfinite(stiffening.value) and math.isfinite(stiffening.sd) and stiffening.sd > 0):
+    if stiffening.sd == 0:
         raise InvalidInput(f"stiffening must be finite with a standard deviation above 0, not {stiffening}")
     for name, sd in sds.items():
-        if not (math.isfinite(sd) and sd >= 0):
-            raise InvalidInput(f"{name} must be finite and at least 0 m, not {sd}")
+        if not (is_number(sd) and sd >= 0):
+            raise InvalidInput(f"{name} must be finite and at least 0 m, not {shown(sd)[:80]}")
+
+
+def _check_readings(readings: Sequence[Pressed]) -> None:
+    """Refuse what is no list of readings, and readings that are not finite."""
+    try:
+        values = np.array([(r.stretch, r.hand, r.height, r.sd) for r in readings], dtype=float)
+    except (TypeError, ValueError, AttributeError):
+        raise InvalidInput(f"readings are a list of TopReading, m, not {shown(readings)[:80]}") from None
+    if not len(values):
+        raise IllConditioned(
+            "there is no reading of the object's top, so that no curve can be fitted; press at two depths or more"
+        )
+    if not np.all(np.isfinite(values)) or np.any(values[:, 3] <= 0):
+        raise InvalidInput("readings must be finite, m, and their standard deviations above 0 m")

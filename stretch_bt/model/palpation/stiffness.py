@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.arguments import check_estimates
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
 
 __all__ = ["estimate_stiffness"]
 
@@ -20,14 +21,14 @@ def estimate_stiffness(force: Estimate, deflection: Estimate, together: float = 
 
     Raises
     ------
+    InvalidInput
+        Force or deflection is no Estimate: a number without its standard deviation gives no stiffness with one.
     IllConditioned
         The deflection is not more than three standard deviations above zero, so the ratio has no useful bound.
     """
-    for name, estimate in (("force", force), ("deflection", deflection)):
-        if not (math.isfinite(estimate.value) and math.isfinite(estimate.sd) and estimate.sd >= 0):
-            raise InvalidInput(f"{name} must be finite with a standard deviation of 0 or more, not {estimate}")
-    if not -1 <= together <= 1:
-        raise InvalidInput(f"together is a correlation, -1 to 1, not {together}")
+    check_estimates(force=force, deflection=deflection)
+    if not (is_number(together) and -1 <= together <= 1):
+        raise InvalidInput(f"together is a correlation, -1 to 1, not {shown(together)[:80]}")
     if force.value < 0:
         raise InvalidInput(f"force must be at least 0 N, not {force.value}")
     if deflection.value <= _SIGNIFICANT * deflection.sd or deflection.value == 0:

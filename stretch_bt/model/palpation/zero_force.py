@@ -7,7 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.arguments import check_estimates
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.units import Estimate
 
 __all__ = ["HERTZ", "drop_power", "undeformed_height"]
@@ -27,8 +28,8 @@ def drop_power(strain: Estimate, power: Estimate) -> Estimate:
 
     Raises InvalidInput where a number is not finite, a deviation is below 0 or the power is not above 0.
     """
-    numbers = strain.value, strain.sd, power.value, power.sd
-    if not (all(map(math.isfinite, numbers)) and min(strain.sd, power.sd) >= 0 and power.value > 0):
+    check_estimates(strain=strain, power=power)
+    if power.value <= 0:
         raise InvalidInput(f"strain and power must be finite, and the power above 0, not {strain} and {power}")
     membrane, less = (float(np.interp(at, STRAINS, POWERS)) for at in (strain.value, strain.value - strain.sd))
     value = membrane / power.value
@@ -61,11 +62,13 @@ def undeformed_height(
     IllConditioned
         There are fewer than two different depths, so nothing can be extrapolated.
     """
-    depth, height, sd = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (depths, heights, sds))
+    given = {"depths": depths, "heights": heights, "sds": sds}
+    depth, height, sd = (_row(name, values) for name, values in given.items())
+    check_estimates(power=power)
     _check(depth, height, sd)
     if not np.ptp(depth) > 1e-6 * depth.max():
         raise IllConditioned("the readings stand at one depth, so their height cannot be extrapolated to zero force")
-    if not 0 <= power.sd < power.value < math.inf:
+    if not power.sd < power.value:
         raise InvalidInput(f"power must be finite and above its standard deviation, not {power}")
     found = _extrapolated(depth, height, sd, power.value)
     if not power.sd:
@@ -88,6 +91,14 @@ def _extrapolated(depth: Array, height: Array, sd: Array, power: float) -> Estim
     return Estimate(float(value), math.sqrt(covariance[0, 0]) / float(scale[0]))
 
 
+def _row(name: str, values: npt.ArrayLike) -> Array:
+    """Return what was given as real numbers (n,)."""
+    try:
+        return np.atleast_1d(np.asarray(values)).astype(float, casting="same_kind")
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name} must be real numbers (n,), m, not {shown(values)[:80]}") from None
+
+
 def _check(depth: Array, height: Array, sd: Array) -> None:
     if depth.ndim != 1 or not depth.shape == height.shape == sd.shape:
         raise InvalidInput(f"depths, heights and sds must be (n,), got {depth.shape}, {height.shape} and {sd.shape}")
@@ -95,5 +106,9 @@ def _check(depth: Array, height: Array, sd: Array) -> None:
         raise InvalidInput("depths, heights and sds must be finite, m")
     if np.any(depth < 0) or np.any(sd <= 0):
         raise InvalidInput("depths must be at least 0 m and sds above 0 m")
+    if not depth.size:
+        raise IllConditioned(
+            "there is no reading of the top, so that no height can be told; press at two depths or more"
+        )
     if depth.size < 2:
         raise IllConditioned("one reading cannot be extrapolated to zero force; press at two depths or more")

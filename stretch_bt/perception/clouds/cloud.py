@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import InvalidInput
-from stretch_bt.units import Length
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.frames import as_numbers
+from stretch_bt.units import Length, is_number
 
 __all__ = ["CELL", "FLOOR", "Array", "Cloud", "Frame", "cloud_of"]
 
@@ -139,16 +140,22 @@ def cloud_of(
     InvalidInput
         An array has another shape or type, or a standard deviation is not positive.
     """
-    at = np.asarray(points)
+    if not isinstance(frame, str) or frame not in get_args(Frame):
+        raise InvalidInput(f"frame is 'world' or 'hand', got {shown(frame)[:80]}")
+    if not (is_number(floor) and floor >= 0):
+        raise InvalidInput(f"floor is a standard deviation in m, 0 or more, got {shown(floor)[:80]}")
+    at = as_numbers("the points of a cloud are", points)
     if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind != "f":
         raise InvalidInput(f"the points of a cloud are floats of shape (n, 3), got {at.dtype} {at.shape}")
     known: Array = at.astype(np.float64)
-    seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else np.asarray(rays, dtype=np.float64)
+    seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else _numbers("rays", rays)
     if seen_from.shape != known.shape:
         raise InvalidInput(f"the rays of {len(known)} points have shape {known.shape}, got {seen_from.shape}")
     try:
-        sd = np.broadcast_to(np.asarray(noise, dtype=np.float64), len(known))
-    except ValueError:
+        sd = np.broadcast_to(_numbers("noise", noise), len(known))
+    except ValueError as error:
+        if isinstance(error, InvalidInput):
+            raise
         raise InvalidInput(
             f"the noise of {len(known)} points is one number or as many, got {np.shape(noise)}"
         ) from None
@@ -159,3 +166,11 @@ def cloud_of(
     columns = np.column_stack([np.full(count, 2), np.arange(count), np.zeros(count)]).astype(np.int64)
     seen = np.ones(count, dtype=np.int64)
     return Cloud(known[kept], sd[kept].copy(), seen_from[kept], seen, columns, frame, floor=floor, contacts=1)
+
+
+def _numbers(what: str, given: object) -> Array:
+    """Return an array of real numbers in double precision."""
+    try:
+        return np.asarray(given).astype(np.float64, casting="same_kind")
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{what}: real numbers in an array are expected, got {shown(given)[:80]}") from None

@@ -8,10 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception.clouds.cloud import Array, Cloud
 from stretch_bt.perception.clouds.faces import Face, find_faces, settled
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import CLOUD, FloatArray
 from stretch_bt.units import Length
 
 __all__ = ["Dimensions", "How", "measure_object"]
@@ -83,6 +84,7 @@ def measure_object(cloud: Cloud) -> Dimensions:
     IllConditioned
         It has too few points, or they lie on one line.
     """
+    check_kind("cloud", cloud, Cloud, CLOUD)
     if not len(cloud):
         raise NoContact("the cloud has no point: nothing was felt; press the object first")
     if len(cloud) < FEWEST:

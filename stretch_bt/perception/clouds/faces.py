@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -65,68 +66,110 @@ def settled(points: Array, count: int) -> tuple[Array, Array]:
     return points + normals * np.einsum("ij,ij->i", means - points, normals)[:, None], normals
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """The points of a cloud with unit normals (n, 3) out of the object, and what each fit of a plane asks of them.
+
+    `scatter` (n,), m, is the standard deviation along the rays, `least` (n,), m, that across them at least.
+    """
+
+    points: Array
+    rays: Array
+    normals: Array
+    scatter: Array
+    least: Array
+
+    @classmethod
+    def of(cls, cloud: Cloud, normals: Array) -> _Seen:
+        least = np.maximum(GRAZING * cloud.noise, cloud.floor)
+        return cls(cloud.points, cloud.rays, normals, cloud.scatter_sd, least)
+
+    def part(self, kept: npt.NDArray[Any]) -> _Seen:
+        return _Seen(self.points[kept], self.rays[kept], self.normals[kept], self.scatter[kept], self.least[kept])
+
+    def across(self, normal: Array) -> Array:
+        """Return the standard deviation of each point along a normal: that along its ray, and at least a part of it."""
+        return np.hypot(self.scatter * np.abs(self.rays @ normal), self.least)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """A plane through members, with what its covariance is made from: most planes that are tried need none."""
+
+    normal: Array
+    middle: Array
+    frame: Array
+    members: npt.NDArray[np.bool_]
+    width: float
+    design: Array
+    known: Array
+    left: Array
+    used: npt.NDArray[np.bool_]
+
+    def face(self) -> Face:
+        covariance = _covariance(self.design, self.known, self.left, self.used)
+        return Face(self.normal, self.middle, self.frame, covariance, self.members, self.width)
+
+
 def find_faces(cloud: Cloud, normals: Array) -> list[Face]:
     """Return the flat faces of a cloud, the largest first; `normals` (n, 3) are unit vectors out of the object."""
+    seen = _Seen.of(cloud, normals)
     left = np.ones(len(cloud), dtype=bool)
     bowed = np.zeros(len(cloud), dtype=bool)
     found: list[Face] = []
     while left.sum() >= FEWEST:
-        face = _largest(cloud, normals, left)
+        face = _largest(seen, left)
         if face is None:
             break
         left &= ~face.members
         if face.width < LEAST_WIDTH:
             continue
-        if _is_bowed(cloud, face) or _goes_on(cloud, normals, face, bowed):
+        if _is_bowed(seen, face) or _goes_on(seen, face, bowed):
             bowed |= face.members
         else:
-            found.append(_inner(cloud, normals, face))
+            found.append(_inner(seen, face).face())
     return sorted(found, key=lambda face: -int(face.members.sum()))
 
 
-def _largest(cloud: Cloud, normals: Array, left: npt.NDArray[np.bool_]) -> Face | None:
+def _largest(seen: _Seen, left: npt.NDArray[np.bool_]) -> _Fit | None:
     """Return the plane in which most of the points lie that are left, or None when no plane has enough."""
     some = np.flatnonzero(left)
     some = some[:: max(1, len(some) // 4000)]
-    points, outward, sd = cloud.points[some], normals[some], cloud.scatter_sd[some]
+    points, outward, sd = seen.points[some], seen.normals[some], seen.scatter[some]
     seeds = np.linspace(0, len(some) - 1, min(GUESSES, len(some))).astype(np.int64)
     # The distance of every point from the plane through every seed across its normal, in standard deviations.
     away = (points @ outward[seeds].T - np.einsum("ij,ij->i", points[seeds], outward[seeds])) / sd[:, None]
     fits = np.maximum(1.0 - (away / (2.0 * BAND)) ** 2, 0.0) * (outward @ outward[seeds].T > TURN)
     best = seeds[int(fits.sum(axis=0).argmax())]
-    members = left & _near(cloud, normals, outward[best], points[best], 2.0 * BAND)
+    members = left & _near(seen, outward[best], points[best], 2.0 * BAND)
     face = None
     for _ in range(12):
         if members.sum() < FEWEST:
             return None
-        face = _fitted(cloud, members, normals)
-        again = left & _near(cloud, normals, face.normal, face.middle, BAND)
+        face = _fitted(seen, members)
+        again = left & _near(seen, face.normal, face.middle, BAND)
         if (again == members).all():
             break
         members = again
     return face
 
 
-def _near(cloud: Cloud, normals: Array, normal: Array, middle: Array, band: float) -> npt.NDArray[np.bool_]:
+def _near(seen: _Seen, normal: Array, middle: Array, band: float) -> npt.NDArray[np.bool_]:
     """Return which points lie in a band about a plane and face as it does."""
-    close = np.abs((cloud.points - middle) @ normal) <= band * _across(cloud, normal)
-    return np.asarray(close & (normals @ normal > TURN))
+    close = np.abs((seen.points - middle) @ normal) <= band * seen.across(normal)
+    return np.asarray(close & (seen.normals @ normal > TURN))
 
 
-def _across(cloud: Cloud, normal: Array) -> Array:
-    """Return the standard deviation of each point along a normal: that along its ray, and at least a part of it."""
-    return np.hypot(cloud.scatter_sd * np.abs(cloud.rays @ normal), np.maximum(GRAZING * cloud.noise, cloud.floor))
-
-
-def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Face:
+def _fitted(seen: _Seen, members: npt.NDArray[np.bool_]) -> _Fit:
     """Return the plane through members by reweighted least squares along its own normal, with Tukey's weights."""
-    points = cloud.points[members]
+    near = seen.part(members)
+    points = near.points
     middle = points.mean(axis=0)
     extent, vectors = np.linalg.eigh((points - middle).T @ (points - middle) / len(points))
     normal, frame = vectors[:, 0], vectors[:, :0:-1].T
-    if normal @ normals[members].sum(axis=0) < 0:
+    if normal @ near.normals.sum(axis=0) < 0:
         normal = -normal
-    known = 1.0 / _across(cloud, normal)[members]
+    known = 1.0 / near.across(normal)
     weights = np.ones(len(points))
     for _ in range(8):
         design = np.column_stack([np.ones(len(points)), (points - middle) @ frame.T])
@@ -141,9 +184,8 @@ def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Fac
         middle = middle + normal * fit[0]
         scaled = left * known
         weights = tukey_weights(scaled / (TUKEY * max(scale_of(scaled, 3), 1e-3)))
-    covariance = _covariance(design, known, left, weights > 0)
     width = float(np.sqrt(12.0 * max(extent[1], 0.0)))
-    return Face(normal, middle, frame, covariance, members, width)
+    return _Fit(normal, middle, frame, members, width, design, known, left, weights > 0)
 
 
 def _covariance(design: Array, known: Array, left: Array, used: npt.NDArray[np.bool_]) -> Array:
@@ -173,9 +215,9 @@ def _alike(places: Array, left: Array) -> float:
     return max(float(product[:last].sum()) / len(left), 1.0)
 
 
-def _is_bowed(cloud: Cloud, face: Face) -> bool:
+def _is_bowed(seen: _Seen, face: _Fit) -> bool:
     """Whether the middle of the members follows a curve: a quadratic rises by much over half their width, and surely."""
-    points = cloud.points[face.members] - face.middle
+    points = seen.points[face.members] - face.middle
     x, y = (points @ face.frame.T).T
     central = (np.abs(x) < CENTRAL * np.sqrt(12.0 * np.var(x))) & (np.abs(y) < CENTRAL * np.sqrt(12.0 * np.var(y)))
     x, y, z = x[central], y[central], (points @ face.normal)[central]
@@ -192,32 +234,32 @@ def _is_bowed(cloud: Cloud, face: Face) -> bool:
     return bend * rise > max(BOW * scatter, SURE * sd, STRAIGHT)
 
 
-def _goes_on(cloud: Cloud, normals: Array, face: Face, bowed: npt.NDArray[np.bool_]) -> bool:
+def _goes_on(seen: _Seen, face: _Fit, bowed: npt.NDArray[np.bool_]) -> bool:
     """Whether much of a face passes into a curved surface without an edge: it is a strip of that."""
     from scipy.spatial import cKDTree
 
     curved = np.flatnonzero(bowed)
     if not len(curved):
         return False
-    found = cKDTree(cloud.points[curved]).query(cloud.points[face.members], distance_upper_bound=BESIDE)
+    found = cKDTree(seen.points[curved]).query(seen.points[face.members], distance_upper_bound=BESIDE)
     away, near = np.asarray(found[0]), np.asarray(found[1])
     close = np.isfinite(away)
-    alike = np.einsum("ij,ij->i", normals[face.members][close], normals[curved[near[close]]]) > TURN
+    alike = np.einsum("ij,ij->i", seen.normals[face.members][close], seen.normals[curved[near[close]]]) > TURN
     return float(alike.sum()) > STRIP * float(face.members.sum())
 
 
-def _inner(cloud: Cloud, normals: Array, face: Face) -> Face:
+def _inner(seen: _Seen, face: _Fit) -> _Fit:
     """Return the face fitted without its border, which the membrane may have rounded; as it is where too little is left."""
     from scipy.ndimage import binary_closing, binary_erosion
 
-    at = (cloud.points[face.members] - face.middle) @ face.frame.T
+    at = (seen.points[face.members] - face.middle) @ face.frame.T
     cells = np.floor((at - at.min(axis=0)) / GRID).astype(np.int64) + 2
-    seen = np.zeros(cells.max(axis=0) + 3, dtype=bool)
-    seen[tuple(cells.T)] = True
-    whole = binary_erosion(binary_closing(seen), iterations=BORDER)
+    covered = np.zeros(cells.max(axis=0) + 3, dtype=bool)
+    covered[tuple(cells.T)] = True
+    whole = binary_erosion(binary_closing(covered), iterations=BORDER)
     members = np.zeros_like(face.members)
     members[np.flatnonzero(face.members)[whole[tuple(cells.T)]]] = True
     if members.sum() < FEWEST:
         return face
-    inner = _fitted(cloud, members, normals)
+    inner = _fitted(seen, members)
     return inner if inner.width >= LEAST_WIDTH / 2 else face

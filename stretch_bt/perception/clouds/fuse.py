@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Array, Cloud, Frame
 from stretch_bt.perception.deprojection import to_world, world_turn
-from stretch_bt.perception.types import Contact
+from stretch_bt.perception.types import CLOUD, MADE, Contact
 
 __all__ = ["fuse_contact", "placed"]
 
@@ -51,9 +52,13 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
     InvalidInput
         Cloud and contact are in different frames, the cloud has another cell or floor, or these are not positive.
     """
+    check_kind("contact", contact, Contact, MADE)
+    if cloud is not None:
+        check_kind("cloud", cloud, Cloud, CLOUD)
+    check_numbers("in m", cell=cell, floor=floor)
     points, rays, noise, frame = placed(contact)
     if cloud is None:
-        if not (np.isfinite([cell, floor]).all() and cell > 0 and floor >= 0):
+        if not (cell > 0 and floor >= 0):
             raise InvalidInput(f"cell and floor are lengths in metres, the cell positive, got {cell} and {floor}")
         nothing = np.zeros((0, 3))
         none = np.zeros((0, 3), dtype=np.int64)

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.perception.clouds.cloud import Array, Cloud
 from stretch_bt.perception.clouds.ply import colours
+from stretch_bt.perception.types import CLOUD
 
 __all__ = ["draw_cloud", "encode"]
 
@@ -22,6 +24,7 @@ _INK = (60, 60, 60)
 
 def draw_cloud(cloud: Cloud) -> Image:
     """Return an (h, w, 3) uint8 picture, channels blue, green, red: three views of one scale, with a bar for it."""
+    check_kind("cloud", cloud, Cloud, CLOUD)
     image = np.full((_HEAD + _PANEL + _FOOT, 3 * _PANEL, 3), 255, np.uint8)
     scale = _scale(cloud.points)
     for number, (heading, right, up, near, sign) in enumerate(_VIEWS):

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.perception.leaning import share_beyond
 from stretch_bt.perception.outlines.border import border_of, past_labels
@@ -14,7 +15,7 @@ from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
 from stretch_bt.perception.surface import pitch_of
 from stretch_bt.perception.tension import LEAST_PULL
 from stretch_bt.perception.tops import noise_around
-from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact, MaskArray
+from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, MADE, Contact, MaskArray
 
 __all__ = ["contact_outline"]
 
@@ -38,6 +39,7 @@ def contact_outline(contact: Contact) -> Outline:
     NoContact, IllConditioned
         As `outline_of`.
     """
+    check_kind("contact", contact, Contact, MADE)
     labelled, share = outline_of(contact.labels, contact.surface), _share_beyond(contact)
     if share < PART:
         with suppress(NoAnswer):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact, shown
 from stretch_bt.perception.outlines.level_place import TOP, blurred, with_level_errors
 from stretch_bt.perception.outlines.outline import Outline, outline_of
@@ -71,6 +72,8 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
 
     if not (is_number(below) and below > 0):
         raise InvalidInput(f"a level is finite and above 0 m below the top, not {shown(below)}")
+    if noise is not None:
+        check_kind("noise", noise, SurfaceNoise, "`surface_noise` tells it")
     top = highest_of(surface)
     heights, valid = blurred(surface)
     if below > top - LEAST:

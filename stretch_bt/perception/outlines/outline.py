@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_counts
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.outlines.polyline import (
     Array,
     area_of,
@@ -24,7 +25,7 @@ from stretch_bt.perception.outlines.polyline import (
 from stretch_bt.perception.outlines.roundness import CORNERS, REPLICATES, Method, Roundness, contour_of, roundness
 from stretch_bt.perception.outlines.trace import BLUR, trace
 from stretch_bt.perception.types import CONTACT, INVALID, FloatArray, MaskArray
-from stretch_bt.units import Area, Length
+from stretch_bt.units import Area, Length, is_number
 
 __all__ = ["Outline", "outline_of", "placed"]
 
@@ -80,15 +81,19 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
     InvalidInput
         An array has another shape or type.
     """
+    check_counts(0, label=label)
     inside, valid = _region(region, label)
-    if np.ndim(where) == 0:
+    if not isinstance(where, np.ndarray):
+        if not (is_number(where) and where > 0):
+            raise InvalidInput(
+                f"the distance from pixel to pixel is a positive number of metres, got {shown(where)[:80]}; or give the points of the"
+                " pixels, an array of numpy"
+            )
         pitch = float(where)
-        if not (np.isfinite(pitch) and pitch > 0):
-            raise InvalidInput(f"the distance from pixel to pixel is a positive number of metres, got {pitch}")
         line = trace(inside, valid)
         _check_seen(line, inside, valid, pitch)
         return _outline(line * pitch, pitch)
-    points = np.asarray(where)
+    points = where
     if points.shape != (*inside.shape, 3) or points.dtype.kind != "f":
         raise InvalidInput(
             f"the points of a region of shape {inside.shape} have shape {(*inside.shape, 3)} and are floats, "

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.outlines.pixel_chain import chain_of
 from stretch_bt.perception.outlines.polyline import Curve, area_of, even, lengthened, perimeter_of, redrawn, smoothed
 from stretch_bt.units import Estimate
@@ -70,8 +70,8 @@ def circularity(outline: npt.NDArray[Any], *, method: Method = "contour") -> flo
 
 def roundness(outline: npt.NDArray[Any], *, method: Method = "contour") -> Roundness:
     """Do as `circularity`, and return the method with the numbers."""
-    if method not in METHODS:
-        raise InvalidInput(f"method is one of {', '.join(METHODS)}, got {method!r}")
+    if not isinstance(method, str) or method not in METHODS:
+        raise InvalidInput(f"method is one of {', '.join(METHODS)}, got {shown(method)[:80]}")
     curve = contour_of(outline)
     value = _ratio(METHODS[method](curve))
     if len(curve) < CORNERS:

@@ -9,7 +9,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_estimates, check_kind, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.height import check_curvature
 from stretch_bt.perception.pressed.table import Forms, read_shapes
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY, quantile, tukey_weights
 from stretch_bt.perception.surface import check_points
@@ -60,6 +62,10 @@ def mounted_membrane(
     gauge: float, width: float, thickness: float, prestretch: float, stretch: float, hang: Estimate
 ) -> MountedMembrane:
     """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m."""
+    check_numbers("in m", gauge=gauge, width=width, thickness=thickness, prestretch=prestretch, stretch=stretch)
+    check_estimates(hang=hang)
+    if not (gauge > 0 and width > 0 and thickness > 0):
+        raise InvalidInput(f"gauge, width and thickness are above 0 m, not {gauge}, {width} and {thickness}")
     table = read_shapes()
     scale = gauge / table.gauge
     at = [(prestretch + x) / scale for x in (stretch, 0.0)]
@@ -93,8 +99,9 @@ def membrane_height(
         Shapes that do not go together, or a curvature without a finite standard deviation above 0.
     """
     check_points(points, valid)
-    if not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
-        raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    check_kind("membrane", membrane, MountedMembrane, "`mounted_membrane` makes one")
+    check_curvature(curvature)
+    check_numbers("in m", depth=depth)
     if curvature.value <= 0:
         raise IllConditioned(
             "the top is not convex: it is no sphere's; press deeper, or measure the height without a sphere"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.regions import Box, bounds
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
@@ -18,7 +19,7 @@ from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
 from stretch_bt.perception.shapes.sphere import center_of
-from stretch_bt.perception.types import Contact, MaskArray, Sphere
+from stretch_bt.perception.types import MADE, Contact, MaskArray, Sphere
 
 __all__ = ["fit_contact_sphere"]
 
@@ -101,6 +102,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
         The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it as
         well, or nothing round does; or it may be an ellipsoid, a lying cylinder or a face. One that is a little uneven has a wider deviation.
     """
+    check_kind("contact", contact, Contact, MADE)
     explained = _explain(contact)
     _check_shape(explained)
     fits, weights = explained.weights((SPHERE, FACE))

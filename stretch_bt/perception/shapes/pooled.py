@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.perception.types import Sphere
 
 __all__ = ["pooled_sphere"]
@@ -15,6 +16,8 @@ def pooled_sphere(before: Sphere, now: Sphere) -> Sphere:
     Where the two differ by more than their standard deviations say, that of the mean grows by as much (Birge, Physical Review 40,
     207, 1932). `before` counts nothing where its curvature has the other sign.
     """
+    for what, given in (("before", before), ("now", now)):
+        check_kind(what, given, Sphere, "`fit_sphere` makes one")
     if before.curvature * now.curvature <= 0:
         return now
     weights = before.curvature_sd**-2, now.curvature_sd**-2

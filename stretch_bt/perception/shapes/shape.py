@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import TUKEY
 from stretch_bt.perception.shapes.cone import cone_of, settle_cone
 from stretch_bt.perception.shapes.cylinder import cylinder_of, settle_cylinder
@@ -77,8 +77,8 @@ def fit_shape(
     InvalidInput
         An array has the wrong shape, the noise is not a positive number, or there is no such shape.
     """
-    if shape not in get_args(Literal["auto"]) and shape not in FITTERS:
-        raise InvalidInput(f"a shape is one of auto, {', '.join(FITTERS)}, got {shape!r}")
+    if not isinstance(shape, str) or (shape != "auto" and shape not in FITTERS):
+        raise InvalidInput(f"a shape is one of auto, {', '.join(FITTERS)}, got {shown(shape)[:80]}")
     sight = sighted(points, rays, noise, name="plane" if shape == "auto" else shape, least=4)
     kinds = list(FITTERS) if shape == "auto" else [shape]
     tried = [_tried(kind, sight) for kind in kinds]

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
+from stretch_bt.units import is_number
 
 __all__ = ["Noise", "Sight", "camera_of", "extent", "sight_along_z", "sighted"]
 
@@ -118,8 +119,8 @@ def sight_along_z(points: Array, origin: Array, size: float) -> Sight:
 def _known(noise: Noise) -> SurfaceNoise:
     if isinstance(noise, SurfaceNoise):
         return noise
-    if noise is not None and not 0.0 < noise < np.inf:
-        raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
+    if noise is not None and not (is_number(noise) and noise > 0.0):
+        raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {shown(noise)[:80]}")
     return SurfaceNoise(noise or 0.0, 1.0)
 
 

@@ -34,7 +34,8 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noi
     Parameters
     ----------
     points : (n, 3) float, m
-        Any frame; rows that are not finite are left out, exact duplicates count once.
+        Any frame; rows that are not finite are left out, exact duplicates count once. Any unit of length serves, and the sphere is in that of
+        the points, as `noise` then has to be: nothing here tells millimetres from metres.
     rays : (n, 3) float, unit, or None
         From the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
         By default the camera looks along -z, as in the membrane frame.

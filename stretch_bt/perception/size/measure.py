@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
@@ -106,6 +107,8 @@ def measure_contact(
         A shape, type or unit is wrong.
     """
     _check(stretch, hypothesis, fillet, fillet_sd, noise)
+    if prior is not None:
+        check_kind("prior", prior, SkirtPrior)
     cells = cells_of(points, labels)
     context = Context(stretch, fillet, fillet_sd, prior or shipped_prior())
     names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
@@ -248,9 +251,9 @@ def _in_strip(outside: npt.NDArray[np.float64]) -> int:
 
 
 def _check(stretch: float | None, hypothesis: str, fillet: float, fillet_sd: float, noise: float | None) -> None:
-    if hypothesis != "auto" and hypothesis not in HYPOTHESES:
-        raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(HYPOTHESES)}, got {hypothesis!r}")
+    if not isinstance(hypothesis, str) or hypothesis not in ("auto", *HYPOTHESES):
+        raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(HYPOTHESES)}, got {shown(hypothesis)[:80]}")
     check_stretch(stretch)
-    for name, value in (("fillet", fillet), ("fillet_sd", fillet_sd), ("noise", noise)):
-        if value is not None and not (is_number(value) and 0.0 <= value < 0.05):
+    for name, value in (("fillet", fillet), ("fillet_sd", fillet_sd), ("noise", 0.0 if noise is None else noise)):
+        if not (is_number(value) and 0.0 <= value < 0.05):
             raise InvalidInput(f"{name} is a length in m, from 0 to 0.05, got {shown(value)}")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception.size.result import Diameters
-from stretch_bt.perception.surface import pitch_of
+from stretch_bt.perception.surface import check_labels, check_points, pitch_of
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 
 __all__ = ["contact_width"]
@@ -37,6 +37,8 @@ def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
     IllConditioned
         No two neighbours have depth, so that the width of a pixel, and with it the error, is not seen.
     """
+    check_points(points)
+    check_labels(labels, points)
     touching = (labels == CONTACT) & np.isfinite(points[..., 2])
     if not touching.any():
         raise NoContact("no pixel is in contact: there is nothing to measure; press deeper")

@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.arguments import check_each, check_kind, check_numbers
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact, shown
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.dimensions import measure_object
 from stretch_bt.perception.clouds.relief import Relief
@@ -24,7 +25,7 @@ from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
 from stretch_bt.perception.solids.unlike import unlike_circle, unlike_rectangle
 from stretch_bt.perception.solids.views import View, views_of
 from stretch_bt.perception.solids.wire import is_hollow, wire_circle, wire_triangle
-from stretch_bt.perception.types import Contact
+from stretch_bt.perception.types import CLOUD, MADE, Contact
 
 __all__ = ["fit_object"]
 
@@ -112,8 +113,13 @@ def fit_object(
     InvalidInput
         The cloud or a contact is not in the world, or an argument has a wrong value.
     """
-    if shape != "auto" and shape not in KINDS:
-        raise InvalidInput(f"shape is 'auto' or one of {', '.join(KINDS)}, got {shape!r}")
+    check_kind("cloud", cloud, Cloud, CLOUD)
+    check_each("contacts", contacts, Contact, MADE)
+    if relief is not None:
+        check_kind("relief", relief, Relief)
+    check_numbers("in m", fillet=fillet, fillet_sd=fillet_sd)
+    if not isinstance(shape, str) or shape not in ("auto", *KINDS):
+        raise InvalidInput(f"shape is 'auto' or one of {', '.join(KINDS)}, got {shown(shape)[:80]}")
     if not (0 < fillet < 0.02 and 0 <= fillet_sd < 0.02):
         raise InvalidInput(f"fillet is a radius in m, from 0 to 0.02, got {fillet} +- {fillet_sd}")
     if cloud.frame != "world":

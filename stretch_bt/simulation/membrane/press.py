@@ -29,6 +29,7 @@ __all__ = ["SOLVERS", "ContactPatch", "PressResult", "press"]
 
 SHEAR_MODULUS = 47.4e3  # Pa, the neo-Hookean value of EcoFlex 00-50 from its 100 % modulus of 83 kPa
 WIDTH, THICKNESS, GAUGE = 0.090, 0.002, 0.100
+MOST_STRETCH, MOST_DEPTH = 8.0, 2.0  # gauges; the softest silicones tear at some 10 times their length
 _ROUND = (
     "the axisymmetric solver stands a round membrane in for the rectangular one: no error of the force is stated, as that "
     "of the model is not known; the sheet solver states one"
@@ -153,7 +154,7 @@ def press(
     NoEquilibrium
         There is no equilibrium, or none was found within the budget; `.reason` says which.
     """
-    if solver not in SOLVERS:
+    if not isinstance(solver, str) or solver not in SOLVERS:
         raise InvalidInput(f"the solver must be one of {', '.join(SOLVERS)}, not {solver!r}")
     _finite("stretch", stretch, 0.0, "m")
     _finite("depth", depth, 0.0, "m")
@@ -168,6 +169,9 @@ def press(
         raise InvalidInput(f"settings are Settings(...), not {settings!r}")
     chosen = effects if isinstance(effects, Effects) else Effects.named(effects)
     sheet = Sheet(gauge, width, thickness, material or NeoHookean(shear_modulus), mount_prestretch, chosen)
+    _check_unit("stretch", stretch, MOST_STRETCH, gauge)
+    _check_unit("mount_prestretch", mount_prestretch, MOST_STRETCH, gauge)
+    _check_unit("depth", depth, MOST_DEPTH, gauge)
     if settings is None:
         settings = Settings(mesh=mesh)
     elif mesh is not None:
@@ -283,6 +287,15 @@ def _plain(solver: str, request: _Request) -> None:
 def _finite(name: str, value: float, least: float, unit: str) -> None:
     if not (is_number(value) and value >= least):
         raise InvalidInput(f"{name} must be a finite number of at least {least:g} {unit}, not {value!r}")
+
+
+def _check_unit(name: str, value: float, most: float, gauge: float) -> None:
+    """Raise InvalidInput for a length that no membrane of such a gauge reaches, as millimetres given for metres."""
+    if value > most * gauge:
+        raise InvalidInput(
+            f"{name} {value:g} m is more than {most:g} times the gauge, {gauge:g} m, which no membrane of this kind reaches; lengths are in"
+            " m, as in 0.03 for 30 mm"
+        )
 
 
 def _pair(values: Iterable[float]) -> tuple[float, float]:

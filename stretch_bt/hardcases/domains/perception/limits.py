@@ -164,7 +164,7 @@ CASES: tuple[Hard, ...] = (
     *group(
         "a membrane without thickness, strain or gauge resists nothing, or everything",
         {
-            name: (partial(_lifted, **options), Refusal(InvalidInput, "must be above 0"))
+            name: (partial(_lifted, **options), Refusal(InvalidInput, "must be (above 0|finite)"))
             for name, options in LIFTS.items()
         },
         {
@@ -219,7 +219,10 @@ CASES: tuple[Hard, ...] = (
     *group(
         "a tracker or a detector without frames, width or probability, and frames that do not fit",
         {
-            "no frame to learn": (lambda: HeightTracker(reference=0), Refusal(InvalidInput, "at least one frame")),
+            "no frame to learn": (
+                lambda: HeightTracker(reference=0),
+                Refusal(InvalidInput, "reference is a whole number from 1 on"),
+            ),
             "a kernel of no width": (lambda: HeightTracker(kernel=0.0), Refusal(InvalidInput, "kernel")),
             "a kernel below 0": (lambda: ContactDetector(kernel=-1.0), Refusal(InvalidInput, "kernel")),
             "no false alarm ever": (lambda: ContactDetector(false_alarms=0.0), Refusal(InvalidInput, "probability")),
