@@ -60,11 +60,9 @@ class Effects:
     def named(cls, names: Iterable[str]) -> Effects:
         """Return the effects of these names, each with its usual parameters."""
         usual = {"wrinkling": True, "sag": DENSITY, "bending": True, "mullins": Mullins(), "friction": FRICTION}
-        try:
-            chosen = [None] if isinstance(names, str) else list(names)
-        except TypeError:  # a number, say
-            chosen = [None]
-        if not all(isinstance(name, str) for name in chosen):
+        listed = isinstance(names, Iterable) and not isinstance(names, str)
+        chosen = list(names) if listed else []
+        if not listed or not all(isinstance(name, str) for name in chosen):
             raise InvalidInput(f"effects are a list of names, not {names!r}; choose from {', '.join(usual)}")
         for name in chosen:
             if name not in usual:
