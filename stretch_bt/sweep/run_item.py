@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import platform
 import sys
@@ -14,6 +13,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError,
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
+from stretch_bt.sweep.memory import give_back
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
@@ -41,7 +41,7 @@ def run_item(spec: Spec) -> Ran:
     try:
         return _ran(spec)
     finally:
-        gc.collect()  # worlds hold each other in cycles, and a worker would grow by half between two collections
+        give_back()
 
 
 def _ran(spec: Spec) -> Ran:
