@@ -110,7 +110,7 @@ class Kind:
             hint = suggest_quantity(str(text), self.dimension)
             raise InvalidInput(f"{error}; {hint}" if hint else str(error)) from None
         if dimension == DIMENSIONLESS and self.dimension != DIMENSIONLESS:
-            raise InvalidInput(without_unit(str(text), self.name, self.unit))
+            raise InvalidInput("; ".join(without_unit(str(text), self.name, self.unit)))
         if dimension != self.dimension:
             raise InvalidInput(
                 f"{text} is {dimension}, not {self.name}; use one of {', '.join(unit_names(self.dimension))}"
@@ -396,11 +396,11 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     return value, dimension
 
 
-def without_unit(text: str, name: str, unit: str) -> str:
+def without_unit(text: str, name: str, unit: str) -> tuple[str, str]:
     """Return what is said of a number where a quantity of a name and a usual unit is wanted, and what to write."""
     if "%" in text:
-        return f"{text.strip()} is a part of something, not a {name}; write a number and a unit, as in '10 {unit}'"
-    return f"{text.strip()} has no unit; write '{text.strip()} {unit}'"
+        return f"{text.strip()} is a part of something, not a {name}", f"write a number and a unit, as in '10 {unit}'"
+    return f"{text.strip()} has no unit", f"write '{text.strip()} {unit}'"
 
 
 def parse_time(what: str, given: str | float) -> float:

@@ -19,7 +19,6 @@ from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import InvalidInput, StretchError, writable
-from stretch_bt.source.plain_words import in_words
 
 __all__ = ["app", "carry_out", "main"]
 
@@ -44,6 +43,8 @@ class _Commands(TyperGroup):
 def _in_plain_words(error: Any) -> None:
     """Put the words of this package for those of pydantic, which typer reads values with."""
     from pydantic import ValidationError
+
+    from stretch_bt.source.plain_words import in_words
 
     if isinstance(error.__cause__, ValidationError):
         told = error.__cause__.errors(include_url=False)[0]

@@ -189,7 +189,7 @@ def _quantity(value: Scalar, type_: Type, what: str) -> float:
         return number
     unit = type_.kind.unit if type_.kind else ""
     if not any(dimension):
-        message, hint = without_unit(value.text, type_.name, unit).split("; ")
+        message, hint = without_unit(value.text, type_.name, unit)
         refuse(value.mark, "unit-missing", f"{what}: {message}", hint)
     hint = f"use one of {', '.join(unit_names(type_.dimension))}"
     refuse(value.mark, "unit-mismatch", f"{what} takes {type_}, but {value.text!r} is {dimension}", hint)

@@ -151,11 +151,10 @@ def cloud_of(
     seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else _numbers("rays", rays)
     if seen_from.shape != known.shape:
         raise InvalidInput(f"the rays of {len(known)} points have shape {known.shape}, got {seen_from.shape}")
+    deviations = _numbers("noise", noise)
     try:
-        sd = np.broadcast_to(_numbers("noise", noise), len(known))
-    except ValueError as error:
-        if isinstance(error, InvalidInput):
-            raise
+        sd = np.broadcast_to(deviations, len(known))
+    except ValueError:
         raise InvalidInput(
             f"the noise of {len(known)} points is one number or as many, got {np.shape(noise)}"
         ) from None

@@ -142,7 +142,8 @@ def lengthened(curve: Curve) -> float:
 
     A side is longer by half the square of how much its ends stray from each other across it, over its length.
     """
-    wide, inside = _widths(curve), smoothed(curve)
+    wide = _widths(curve)
+    inside = _taken(curve, wide)
     sides = np.roll(inside, -1) - inside
     lengths = np.maximum(np.abs(sides), LEAST_SIDE * spacing_of(inside))
     strays = [_taken(noisy - inside, wide) for noisy in redrawn(curve, REDRAWN)]
