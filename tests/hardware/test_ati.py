@@ -1,11 +1,13 @@
 """The force sensor on its stand-in: faults of the stream, zero, mounting."""
 
+import itertools
 import math
 import time
 
 import pytest
 
 from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
+from stretch_bt.hardware.ati.delay import Delay
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.ati import AtiStandIn
@@ -174,11 +176,24 @@ def test_a_drift_is_a_drift_and_a_slow_stream_is_old(sensor, clock):
 
 def test_a_reading_is_as_old_as_its_records_were_on_their_way(sensor, clock):
     device, stand_in = sensor
+    clock.runs = True
     until(lambda: device.wrench(1e6).sequence > 300)
     stand_in.inject("late", {"delay": 0.3})
     until(lambda: 0.25 < clock.time - device.driver.wrench().host_time < 0.5)
     stand_in.clear()
     until(lambda: clock.time - device.driver.wrench().host_time < 0.1)
+
+
+def test_times_do_not_fall_where_records_are_found_late(sensor, clock, monkeypatch):
+    """After its first second the driver begins to say how late each record was."""
+    device, _ = sensor
+    clock.runs = True
+    late = itertools.cycle((0.0, 0.03))
+    monkeypatch.setattr(Delay, "take", lambda self, cycle, arrived: next(late))
+    first = device.wrench(1e6).sequence
+    until(lambda: device.wrench(1e6).sequence > first + 100)
+    times = [measured.time for measured in device.driver._receiver.recent(-1e9)]
+    assert all(one < other for one, other in itertools.pairwise(times))
 
 
 def test_without_noise_values_may_stand_where_the_cell_file_says_so(make_cell):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import select
 import socket
 import threading
@@ -161,7 +162,10 @@ class Receiver:
         if record.status:
             self._note(f"the sensor told of status {record.status:08X}: {status_text(record.status)}")
         with self._lock:
-            self._kept.append(Measurement(record, self._now() - late, self._number))
+            taken = self._now() - late
+            if self._kept:  # how late records are is an estimate, and may rise by more than passed between two of them
+                taken = max(taken, math.nextafter(self._kept[-1].time, math.inf))
+            self._kept.append(Measurement(record, taken, self._number))
             self._number += 1
             while self._kept[0].time < self._kept[-1].time - self._keep - 1e-9:
                 self._kept.popleft()
