@@ -1,3 +1,4 @@
+import atexit
 import gc
 import math
 import os
@@ -23,6 +24,7 @@ os.environ.update(
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
     sys.dont_write_bytecode, sys.pycache_prefix = False, tempfile.mkdtemp(prefix="stretch-bt-bytecode-")
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    atexit.register(shutil.rmtree, sys.pycache_prefix, ignore_errors=True)
 
 # a shell that runs the tests in the background, or under nohup, has them ignored, and the processes of the tests would ignore them too
 signal.signal(signal.SIGINT, signal.default_int_handler)

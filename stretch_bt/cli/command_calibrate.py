@@ -30,7 +30,7 @@ def command(
     from stretch_bt.model.calibration.characterization import NAME, read_table
     from stretch_bt.model.calibration.measurements import Measurements
 
-    if plot is not None and plot.suffix not in _PICTURES:
+    if plot is not None and plot.suffix.lower() not in _PICTURES:
         raise InvalidInput(f"{plot}: a picture is one of {', '.join(_PICTURES)}; name it so")
     if not out.parent.is_dir():
         raise InvalidInput(f"{out}: there is no folder {out.parent}; make it first")

@@ -148,7 +148,7 @@ def _slope(x: Any, y: Any, sds: Any) -> tuple[float, float, float]:
     """Return the slope of a line, its standard deviation, and the root mean square of what is left, m."""
     if len(x) < 3 or np.ptp(x) <= 0:
         raise IllConditioned(
-            "the membrane was seen at fewer than three openings; widen the view, or the limits of stretch"
+            "the membrane was seen at fewer than three openings; widen the view or the limits of stretch, or look at more stops"
         )
     slope, level = np.polyfit(x, y, 1)
     rest = y - level - slope * x

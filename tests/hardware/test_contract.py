@@ -1,7 +1,9 @@
 """What every implementation of a device keeps to: the public contract, on twins, a recording, stand-ins, and a cell of one's own."""
 
+import atexit
 import inspect
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -85,6 +87,7 @@ def live(kind):
 def recorded():
     """Write a recording, of a load that grows from some 35 N, and the cell that plays it."""
     folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return write_recording(folder, wrench=20.0 + recording()["wrench"])
 
 

@@ -27,10 +27,12 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
     Raises
     ------
     RecordError
-        The folder holds no record, or the report cannot be written.
+        The folder holds no record, the report cannot be written, or its name does not end in .html or .htm.
     """
     record = RecordReader(folder)
     path = record.folder / REPORT if out is None else Path(out).absolute()
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise refuse(path, "report-write", f"the report is a page in HTML; write a name such as {path.stem}.html")
     try:
         with readable(record.folder):
             page = _page(record)

@@ -42,13 +42,14 @@ def save_scene(scene: Scene, path: Path, stage: Stage | None = None) -> Moment:
     InvalidInput
         The ending is another one, or the file cannot be written.
     """
-    if path.suffix not in ENDINGS:
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
         raise InvalidInput(
             f"{path.name!r} does not end in {' or '.join(ENDINGS)}; write a name such as {scene.name}.svg"
         )
     moment = act(scene, stage or Stage())
     drawing = draw_scene(moment)
-    data = to_svg(drawing).encode() if path.suffix == ".svg" else encode_png(to_image(drawing))
+    data = to_svg(drawing).encode() if ending == ".svg" else encode_png(to_image(drawing))
     try:
         path.write_bytes(data)
     except OSError as error:

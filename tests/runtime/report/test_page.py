@@ -167,6 +167,9 @@ def test_where_no_report_can_be(tmp_path: Path) -> None:
         write_report(tmp_path / "nowhere")
     with pytest.raises(RecordError, match="cannot write the report"):
         write_report(recorded(tmp_path / "r"), tmp_path / "no/such/place.html")
+    with pytest.raises(RecordError, match=r"write a name such as page\.html"):
+        write_report(tmp_path / "r", tmp_path / "page.pdf")
+    assert write_report(tmp_path / "r", tmp_path / "page.HTML").is_file()
 
 
 def places(drawing: str, kind: str) -> list[tuple[float, float]]:
