@@ -66,6 +66,35 @@ trees:
 """
 
 
+HELD = '''\
+import psutil
+
+from stretch_bt import Behavior, Out, Status, node
+
+
+@node
+class LookAtMemory(Behavior):
+    """Read the resident memory of the process, MB."""
+
+    held: Out[float]
+
+    def update(self) -> Status:
+        self.held = psutil.Process().memory_info().rss / 1e6
+        return Status.SUCCESS
+'''
+WATCHED = """\
+format: stretch-tree/1
+imports: {own: held, palpation: palpate_stiffness.yaml}
+devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
+trees:
+  main:
+    out: [stiffness, held]
+    sequence:
+      - look_at_memory: {held}
+      - palpation.main: {stiffness}
+"""
+
+
 def rows_of(folder: Path) -> list[dict[str, Any]]:
     """Return the rows that count, sorted by their keys, but for times and workers."""
     lines = (folder / "rows.jsonl").read_text("utf-8").splitlines()
@@ -145,12 +174,12 @@ def _gone(processes: list[psutil.Process]) -> None:
     assert not left, f"workers outlive their sweep: {left}"
 
 
-def palpations(folder: Path, items: int, fidelity: str | None) -> Path:
+def palpations(folder: Path, items: int, fidelity: str | None, tree: str = "palpate_stiffness") -> Path:
     """Write a sweep of palpations of the four balloons, at a fidelity where one is given."""
     path = folder / "palpations.yaml"
     names = BALLOONS if fidelity is None else [_at(folder, name, fidelity) for name in BALLOONS]
     scenes = f"scene: [{', '.join(names)}]\nseeds: {max(items // len(BALLOONS), 1)}\n"
-    path.write_text(f"format: stretch-sweep/1\ntree: palpate_stiffness\n{scenes}", encoding="utf-8")
+    path.write_text(f"format: stretch-sweep/1\ntree: {tree}\n{scenes}", encoding="utf-8")
     return path
 
 
@@ -225,21 +254,18 @@ def _cost(found: dict[str, Any], wall: float) -> str:
 
 def memory(folder: Path, workers: int, last: int, fidelity: str | None) -> Iterator[tuple[str, bool, str]]:
     """Yield the resident memory of each worker after its items 20 and `last`, MB, and whether the two are within 5 %."""
-    from stretch_bt.sweep import sweep
-    from stretch_bt.sweep.engines import engine_of
-
     first = 20
-    resident: dict[str, list[float]] = {}
-
-    def note(row: dict[str, Any], done: int, of: int) -> None:
-        pid = int(row["worker"].rpartition(":")[2])
-        resident.setdefault(row["worker"], []).append(psutil.Process(pid).memory_info().rss / 1e6)
-
-    file = palpations(folder, workers * (last + 8), fidelity)
-    sweep(file, engine_of("dask", workers, None), out=folder / "memory", progress=note)
-    for name, sizes in resident.items():
-        if len(sizes) >= last:
-            before, after = sizes[first - 1], sizes[last - 1]
+    (folder / "held.py").write_text(HELD, encoding="utf-8")
+    (folder / "watched.yaml").write_text(WATCHED, encoding="utf-8")
+    file = palpations(folder, workers * (last + 8), fidelity, "watched.yaml")
+    swept(file, folder / "memory", "dask", workers)
+    held: dict[str, list[float]] = {}
+    for line in (folder / "memory" / "rows.jsonl").read_text("utf-8").splitlines():
+        row = json.loads(line)
+        held.setdefault(row["worker"], []).append(row["outputs"]["held"]["value"])
+    for name, sizes in held.items():
+        if len(sizes) > last:
+            before, after = sizes[first], sizes[last]  # each at the beginning of the next item
             good = abs(after / before - 1) < 0.05
             told = f"{before:.0f} MB after {first} items, {after:.0f} MB after {last}, {min(sizes[5:]):.0f} to {max(sizes[5:]):.0f}"
             yield f"memory of worker {name.rpartition(':')[2]}", good, told
