@@ -253,6 +253,14 @@ def as_numbers(what: str, given: npt.ArrayLike) -> npt.NDArray[Any]:
         raise InvalidInput(f"{what} an array (h, w) of numbers: {error}") from None
 
 
+def as_reals(what: str, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return real numbers in double precision; raises InvalidInput, which begins with `what`, for anything else."""
+    try:
+        return np.asarray(given).astype(np.float64, casting="same_kind")
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{what} real numbers, not {shown(given)[:80]}") from None
+
+
 def as_length(what: str, given: float | str) -> float:
     """Return a length in m, of a number or of text with a unit; raises InvalidInput."""
     if isinstance(given, str):

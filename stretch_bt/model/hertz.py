@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.frames import as_reals
 from stretch_bt.units import is_number
 
 __all__ = ["SHAPES", "hertz_depth", "hertz_force"]
@@ -146,10 +147,7 @@ def _poisson(name: str, value: float) -> float:
 
 
 def _finite(name: str, value: Any, unit: str) -> Any:
-    try:
-        array = np.asarray(value).astype(float, casting="same_kind")
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{name} must be a number or an array of numbers, {unit}, not {value!r}") from None
+    array = as_reals(f"{name}, {unit}, must be", value)
     if not np.all(np.isfinite(array)):
         raise InvalidInput(f"{name} must be finite, {unit}, not {value}")
     return array

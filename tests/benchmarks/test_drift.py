@@ -76,6 +76,7 @@ def test_a_solver_that_drifts_is_noticed():
     ]
 
 
+@pytest.mark.slow
 def test_a_lump_keeps_its_shape_with_half_of_the_step():
     assert bad(revolutions(100, paths=["eight"]), machine=False) == []
 

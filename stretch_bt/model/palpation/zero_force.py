@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.arguments import check_estimates
-from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.frames import as_reals
 from stretch_bt.units import Estimate
 
 __all__ = ["HERTZ", "drop_power", "undeformed_height"]
@@ -63,7 +64,7 @@ def undeformed_height(
         There are fewer than two different depths, so nothing can be extrapolated.
     """
     given = {"depths": depths, "heights": heights, "sds": sds}
-    depth, height, sd = (_row(name, values) for name, values in given.items())
+    depth, height, sd = (np.atleast_1d(as_reals(f"{name}, m, must be", values)) for name, values in given.items())
     check_estimates(power=power)
     _check(depth, height, sd)
     if not np.ptp(depth) > 1e-6 * depth.max():
@@ -89,14 +90,6 @@ def _extrapolated(depth: Array, height: Array, sd: Array, power: float) -> Estim
         raise IllConditioned("the readings do not tell the height at no force; press at depths further apart")
     value = h0 / scale[0] if c >= 0 else float(np.average(height, weights=sd**-2))
     return Estimate(float(value), math.sqrt(covariance[0, 0]) / float(scale[0]))
-
-
-def _row(name: str, values: npt.ArrayLike) -> Array:
-    """Return what was given as real numbers (n,)."""
-    try:
-        return np.atleast_1d(np.asarray(values)).astype(float, casting="same_kind")
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{name} must be real numbers (n,), m, not {shown(values)[:80]}") from None
 
 
 def _check(depth: Array, height: Array, sd: Array) -> None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.frames import as_numbers
+from stretch_bt.frames import as_numbers, as_reals
 from stretch_bt.units import Length, is_number
 
 __all__ = ["CELL", "FLOOR", "Array", "Cloud", "Frame", "cloud_of"]
@@ -148,10 +148,10 @@ def cloud_of(
     if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind != "f":
         raise InvalidInput(f"the points of a cloud are floats of shape (n, 3), got {at.dtype} {at.shape}")
     known: Array = at.astype(np.float64)
-    seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else _numbers("rays", rays)
+    seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else as_reals("the rays are", rays)
     if seen_from.shape != known.shape:
         raise InvalidInput(f"the rays of {len(known)} points have shape {known.shape}, got {seen_from.shape}")
-    deviations = _numbers("noise", noise)
+    deviations = as_reals("the noise is", noise)
     try:
         sd = np.broadcast_to(deviations, len(known))
     except ValueError:
@@ -165,11 +165,3 @@ def cloud_of(
     columns = np.column_stack([np.full(count, 2), np.arange(count), np.zeros(count)]).astype(np.int64)
     seen = np.ones(count, dtype=np.int64)
     return Cloud(known[kept], sd[kept].copy(), seen_from[kept], seen, columns, frame, floor=floor, contacts=1)
-
-
-def _numbers(what: str, given: object) -> Array:
-    """Return an array of real numbers in double precision."""
-    try:
-        return np.asarray(given).astype(np.float64, casting="same_kind")
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{what}: real numbers in an array are expected, got {shown(given)[:80]}") from None
