@@ -253,12 +253,12 @@ def as_numbers(what: str, given: npt.ArrayLike) -> npt.NDArray[Any]:
         raise InvalidInput(f"{what} an array (h, w) of numbers: {error}") from None
 
 
-def as_reals(what: str, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def as_reals(what: str, given: npt.ArrayLike, unit: str = "") -> npt.NDArray[np.float64]:
     """Return real numbers in double precision; raises InvalidInput, which begins with `what`, for anything else."""
     try:
         return np.asarray(given).astype(np.float64, casting="same_kind")
     except (TypeError, ValueError):
-        raise InvalidInput(f"{what} real numbers, not {shown(given)[:80]}") from None
+        raise InvalidInput(f"{what} real numbers{unit and ', '}{unit}, not {shown(given)[:80]}") from None
 
 
 def as_length(what: str, given: float | str) -> float:

@@ -147,7 +147,7 @@ def _poisson(name: str, value: float) -> float:
 
 
 def _finite(name: str, value: Any, unit: str) -> Any:
-    array = as_reals(f"{name}, {unit}, must be", value)
+    array = as_reals(f"{name} must be", value, unit)
     if not np.all(np.isfinite(array)):
         raise InvalidInput(f"{name} must be finite, {unit}, not {value}")
     return array

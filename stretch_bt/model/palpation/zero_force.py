@@ -64,7 +64,7 @@ def undeformed_height(
         There are fewer than two different depths, so nothing can be extrapolated.
     """
     given = {"depths": depths, "heights": heights, "sds": sds}
-    depth, height, sd = (np.atleast_1d(as_reals(f"{name}, m, must be", values)) for name, values in given.items())
+    depth, height, sd = (np.atleast_1d(as_reals(f"{name} must be", values, "m")) for name, values in given.items())
     check_estimates(power=power)
     _check(depth, height, sd)
     if not np.ptp(depth) > 1e-6 * depth.max():

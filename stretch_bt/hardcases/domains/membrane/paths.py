@@ -35,6 +35,17 @@ def _sheet(found: PressResult) -> Any:
     return found.detail
 
 
+def _half_mesh(
+    indenter: str, stretch: float, depth: float, at: tuple[float, float], tilt: tuple[float, float]
+) -> float:
+    """Return the force on half the mesh over that on the default one."""
+    of: dict[str, Any] = {"at": at, "tilt": tilt}
+    return (
+        press(indenter, stretch, depth, settings=Settings(coarsen=0.5), **of).force
+        / press(indenter, stretch, depth, **of).force
+    )
+
+
 def _lost_and_regained() -> PressResult:
     """Return the usual press after one with no point in common, which follows one without contact."""
     before = pressed()
@@ -110,6 +121,19 @@ CASES = (
             "a stretch carries a coarse mesh along": (partial(_pulled, Settings.within(0.01)), Value(1.0, abs=0.01)),
             "in small steps and back": (_there_and_back, Value([1.0] * 5, rel=1e-3)),
             "elsewhere in an element": (_shifted, Value([1.0] * 3, rel=0.01)),
+        },
+    ),
+    *group(
+        "beside a free edge a mesh twice as fine finds no way to the press from flat, as the edge folds round the indenter",
+        {
+            "a cone at the free edge, on half the mesh": (
+                partial(_half_mesh, "cone:45deg", 0.0367, 0.0045, (-0.0382, 0.0023), (-0.2142, 0.2207)),
+                Value(1.0, abs=0.03),
+            ),
+            "a cylinder at the free edge, on half the mesh": (
+                partial(_half_mesh, "cylinder:14.4mm", 0.0663, 0.0126, (0.0331, 0.0422), (0.246, 0.217)),
+                Value(1.0, abs=0.01),
+            ),
         },
     ),
     *group(

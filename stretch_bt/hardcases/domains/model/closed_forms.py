@@ -29,7 +29,7 @@ WRONG: dict[str, tuple[str, Any, float, dict[str, float], str]] = {
     "a cube": ("cube", 0.01, 6e3, BALL, "sphere, cylinder, cone"),
     "a depth below 0": ("sphere", -0.01, 6e3, BALL, "depth must be at least 0 m"),
     "a depth NaN": ("sphere", math.nan, 6e3, BALL, "depth must be finite"),
-    "a depth that is text": ("sphere", "deep", 6e3, BALL, "depth must be a number"),
+    "a depth that is text": ("sphere", "deep", 6e3, BALL, "depth must be real numbers, m, not"),
     "a modulus of 0": ("sphere", 0.01, 0.0, BALL, "modulus must be above 0 Pa"),
     "a sphere without radius": ("sphere", 0.01, 6e3, {}, "a sphere needs radius"),
     "a radius of 0": ("sphere", 0.01, 6e3, {"radius": 0.0}, "radius must be above 0 m"),

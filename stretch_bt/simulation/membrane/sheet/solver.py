@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +33,7 @@ _NONE = RigidForce(np.zeros(3), np.zeros(3))
 _PASSES = 8
 _UNSETTLED = 1e-2  # change of an offset over the depth after the last pass
 _COARSE = 2.5
+_FINE = 0.75  # of the default elements' length; from here on a coarser mesh is tried where this one fails
 _ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # of the budget
 _FEWEST = 100  # iterations of an attempt, if so many are left
 _HALVINGS = 4  # of an increment that is too far
@@ -60,13 +62,18 @@ def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | Non
 
 
 def _attempts(work: _Work, start: SheetPress | None) -> SheetPress:
-    """Solve warm if there is a start, then cold, then step by step."""
+    """Solve warm if there is a start, then cold, then from a coarser mesh where this one is fine, then step by step."""
     try:
         return work.warm(start) if start is not None else work.cold()
     except Impossible:
         raise
     except NoEquilibrium as failure:
-        return reach(work.part, failure) if start is None else _attempts(work, None)
+        if start is not None:
+            return _attempts(work, None)
+        if work.layout.scale < _FINE:
+            with suppress(NoEquilibrium):
+                return work.from_coarser()
+        return reach(work.part, failure)
 
 
 def _with_friction(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
@@ -147,6 +154,11 @@ class _Work(_Account):
             return self._from_flat()
         coarse = replace(self.settings, mesh=None, coarsen=_COARSE, exact=False, corrected=False)
         return self.warm(self._on(self.load, coarse, None))
+
+    def from_coarser(self) -> SheetPress:
+        """Solve from the press on a mesh twice as coarse, to which Newton finds the way where it folds a fine one over."""
+        coarser = replace(self.settings, mesh=None, coarsen=2 * self.layout.scale, exact=False, corrected=False)
+        return self.warm(self._on(self.load, coarser, None))
 
     def part(self, share: float, start: SheetPress | None) -> SheetPress:
         """Solve at a share of the depth from a shallower press, or cold, with what is left of the budget."""
