@@ -13,6 +13,7 @@ from stretch_bt.simulation.camera.draws import normal
 __all__ = ["SmoothField"]
 
 Image = npt.NDArray[np.float32]
+_NARROWEST = 0.1  # pixels
 _REACH = 5.0  # kernels; beyond it a Gaussian adds nothing to single precision
 
 
@@ -48,7 +49,8 @@ def _spread(count: int, kernel: float) -> npt.NDArray[np.float64]:
     step = max(kernel, 1.0)  # a shorter one than a pixel has its seeds on the pixels
     margin = int(np.ceil(_REACH * kernel / step))
     seeds = step * np.arange(-margin, int(np.ceil(count / step)) + margin)
-    weights = np.exp(-((np.arange(count)[:, None] - seeds) ** 2) / (2 * kernel**2))
+    width = max(kernel, _NARROWEST)  # whose square does not round to 0, and which reaches no other pixel either
+    weights = np.exp(-((np.arange(count)[:, None] - seeds) ** 2) / (2 * width**2))
     weights[weights < 1e-7] = 0.0  # lost in the single precision of the image
     spread: npt.NDArray[np.float64] = weights / np.sqrt((weights**2).sum(axis=1, keepdims=True))
     spread.flags.writeable = False

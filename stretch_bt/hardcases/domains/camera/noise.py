@@ -90,6 +90,7 @@ ASKED: dict[str, tuple[Any, float, list[float], float, float | None, float]] = {
     ),
     "correlated, 1 px, memory 0.9": (_made(CorrelatedNoise, kernel=1.0, memory=0.9), 0.3, _gauss(1), 0.9, None, 0),
     "correlated, 0 px": (_made(CorrelatedNoise, kernel=0.0, memory=0.3), 0.3, [0, 0, 0], 0.3, None, 0),
+    "correlated, 1e-200 px": (_made(CorrelatedNoise, kernel=1e-200, memory=0.3), 0.3, [0, 0, 0], 0.3, None, 0),
     "dropout, 1 %": (_made(Dropout), 0, [0, 0, 0], 0, 0, 0.01),
     "dropout, 30 %": (_made(Dropout, share=0.3), 0, [0, 0, 0], 0, 0, 0.3),
     "dropout, all": (_made(Dropout, share=1.0), 0, [0, 0, 0], 0, 0, 1),
