@@ -15,20 +15,21 @@ ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 C1, C2, C3, C4 = np.float32(0.196854), np.float32(0.115194), np.float32(0.000344), np.float32(0.019527)
 
 
-@kernel("void(float32[:,::1],float32[:,::1],float32,float32[:,::1])")
-def fill_confidence(signed: Any, rise: Any, sd: Any, sure: Any) -> None:
+@kernel("void(float32[:,::1],boolean[:,::1],float32[:,::1],float32,float32[:,::1])")
+def fill_confidence(signed: Any, held: Any, rise: Any, sd: Any, sure: Any) -> None:
     """Fill the probability that a bin's label is right; see `confidence.confidence_of`.
 
-    `signed` is how far a bin is within a contact, in standard deviations, `rise` its height above the threshold, m. The
-    normal distribution is that of Abramowitz and Stegun, Handbook of Mathematical Functions, 26.2.18, to 2.5e-4.
+    `signed` is how far a bin is within a contact, in standard deviations, `held` whether it is labelled so, `rise` its height above
+    the threshold, m. The normal distribution is that of Abramowitz and Stegun, Handbook of Mathematical Functions, 26.2.18, to 2.5e-4.
     """
     for v in range(rise.shape[0]):
-        inside, raised, found = signed[v], rise[v], sure[v]
+        inside, touches, raised, found = signed[v], held[v], rise[v], sure[v]
         for u in range(rise.shape[1]):
-            away = min(abs(raised[u]) / sd, -inside[u])
-            z = inside[u] if inside[u] > ZERO else away
+            side = inside[u] if touches[u] else min(abs(raised[u]) / sd, -inside[u])
+            z = abs(side)
             p = ONE + z * (C1 + z * (C2 + z * (C3 + z * C4)))
-            found[u] = ONE - HALF / ((p * p) * (p * p))
+            wrong = HALF / ((p * p) * (p * p))
+            found[u] = wrong if side < ZERO else ONE - wrong
 
 
 @kernel("void(float32[:,::1],float32[:,::1],boolean[:,::1],boolean[:,::1],int64,int64,uint8[:,::1],float32[:,::1])")

@@ -204,8 +204,7 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
 
     ground, step = scale.ground, scale.ground.whole.step
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
-    known = scale.ratio is not None or not scale.signals
-    sure = confidence_of(ground.whole, patches, rise, known=known)
+    sure = confidence_of(ground.whole, patches, rise, scale.ratio)
     touching = np.zeros(cleaned.valid.shape, dtype=bool)
     for patch in patches:
         _draw(touching, patch)

@@ -272,23 +272,29 @@ def test_classes_depend_on_neither_distance_nor_pitch(surfaces, rule, distance, 
     assert (sorted_at[0] == sorted_at[1]).mean() > 0.95
 
 
-def test_confidence_is_the_share_of_labels_that_are_right(surfaces):
-    lens = surfaces.camera()
-    depth = surfaces.render(surfaces.sphere_press(20e-3, np.radians(35)), lens)
-    r = surfaces.distance_from_axis(depth, lens)
-    truth = r < 20e-3 * np.sin(np.radians(35))
+@pytest.mark.parametrize(
+    ("noise", "off"), [(Noise(white=0.02e-3), 0.1), (Noise(white=0.3e-3), 0.1), (Noise(correlated=1e-3, count=8), 0.15)]
+)
+def test_confidence_is_the_share_of_labels_that_are_right(noise, off):
+    """A small contact is labelled too wide, as smoothed curvature reaches further than what touches."""
     stated, right = [], []
-    for seed in range(8):
-        found = classify(*as_seen(surfaces, depth, "membrane", noise=0.5e-3, seed=seed))
-        near = (found.labels != INVALID) & (r < 25e-3)
-        stated.append(found.confidence[near])
-        right.append(((found.labels == CONTACT) == truth)[near])
+    for shape in (Ball(0.012), Ball(0.03), Cylinder(0.015), Cylinder(0.03)):
+        view = seen(Press(shape, 0.03, 0.010))
+        found = find_contact(observe(view, noise, 1))
+        touching = found.labels == CONTACT
+        stated.append(found.confidence[touching].mean())
+        right.append(view.touching[touching].mean())
+        assert found.confidence[found.labels != INVALID].mean() > 0.85
         assert (found.confidence[found.labels == INVALID] == 0.0).all()
-    stated, right = np.concatenate(stated), np.concatenate(right)
-    assert right[stated > 0.99].mean() > 0.99
-    unsure = (stated > 0.6) & (stated < 0.9)
-    assert unsure.sum() > 500
-    assert right[unsure].mean() == pytest.approx(stated[unsure].mean(), abs=0.15)
+    assert np.mean(stated) == pytest.approx(np.mean(right), abs=off)
+    if noise.white:
+        assert np.corrcoef(stated, right)[0, 1] > 0.8
+
+
+@pytest.mark.parametrize("shape", [Ball(0.03), Cylinder(0.015)])
+def test_of_a_slack_sheet_whose_skirt_passes_for_contact_no_contact_is_sure(shape):
+    found = find_contact(observe(seen(Press(shape, 0.0, 0.010)), Noise(white=0.02e-3), 1))
+    assert found.confidence[found.labels == CONTACT].mean() < 0.6
 
 
 def test_under_correlated_noise_the_top_is_found_by_height_and_little_is_certain(surfaces):
