@@ -12,6 +12,7 @@ from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
+from stretch_bt.perception.size.face import check_flat, maybe_wider
 from stretch_bt.perception.size.fit import Fit
 from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
 from stretch_bt.perception.size.misfit import Misfit, misfit_of
@@ -29,7 +30,6 @@ LEANING, LEAST_CELLS = 3e-3, 6  # m for each unit of a face's slope, that its mi
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
 HIGH = 0.93  # of the depth, from which a place may be another contact
-FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
 #: chi2 of an outline's clearest harmonic from which it is another outline, and the scale of chi2 over which that becomes likely; 68 frames
 #: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
 OTHER, UNLIKE = 12.0, 5.0
@@ -37,7 +37,6 @@ ANY = 0.3  # share of an outline's deviation that counts where it is no clearer 
 DOUBT = (
     2.0  # of the deviations by which a width differs from that of an outline without a shape, beyond which it is unsure
 )
-ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
 
 
 def diameters(
@@ -127,6 +126,8 @@ def measure_contact(
     unlike = 0.0
     if hypothesis == "auto" and shape.name != "free_form":
         unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
+    if hypothesis == "auto":
+        unlike = math.hypot(unlike, maybe_wider(shape, fit, cells, size.diameter_i[0]))
     if found.held_back is not None:
         other, its = found.held_back
         unlike = math.hypot(unlike, _at_odds(size, other.measure(its.q, its.covariance)))
@@ -198,33 +199,7 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None
             "much of the contact lies outside the one shape that fits: measure separate contacts one at a time, with the"
             " labels of the others set to 255"
         )
-    bow, sd = _bow(shape, fit, cells)
-    if bow > ROUND * sd and bow > LEAST_BOW:
-        raise IllConditioned("the face in contact is round, not flat: fit a sphere to it")
-    if bow < -ROUND * sd and bow < -LEAST_BOW:
-        raise IllConditioned(
-            "the middle of the contact lies lower than its rim: there are several contacts, or a hollow one;"
-            " measure one contact at a time, or press less deep"
-        )
-
-
-def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:
-    """Return how far the middle of the face stands above its ends, m, along the axis where this is clearest.
-
-    It is what the fit of a plane leaves of the face, as a paraboloid over the face's own axes.
-    """
-    x, y = cells.x[fit.window], cells.y[fit.window]
-    face = shape.outside(fit.q, x, y) < -FACE
-    if np.count_nonzero(face) < FEWEST:
-        return 0.0, 1.0
-    places = np.stack([x[face], y[face]]) - np.array([[x[face].mean()], [y[face].mean()]])
-    axes = np.linalg.eigh(places @ places.T)[1].T @ places
-    design = np.vstack([np.ones(axes.shape[1]), (axes / np.abs(axes).max(axis=1, keepdims=True)) ** 2])
-    normal = np.linalg.inv(design @ design.T)
-    bows = -(normal @ design @ fit.residuals[fit.window][face])[1:]
-    sds = fit.noise * np.sqrt(np.diag(normal)[1:] * fit.area)
-    clearest = int(np.argmax(np.abs(bows) / sds))
-    return float(bows[clearest]), float(sds[clearest])
+    check_flat(shape, fit, cells)
 
 
 def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
