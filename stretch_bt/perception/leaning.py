@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.steps import step_of
 from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
@@ -288,6 +289,7 @@ def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, noise: NoiseSpect
     """Tell whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane."""
     places = seen.places.reshape(-1)[_inner(seen, mask)]
     cloud = points.reshape(-1, 3)[places].astype(np.float64).T
-    of_mask = Points(np.ascontiguousarray(cloud), places, points.shape[1], noise, seen.every)
+    step = step_of(cloud[2], points[..., 2].ravel())  # all of a face may lie in one count
+    of_mask = Points(np.ascontiguousarray(cloud), places, points.shape[1], noise, seen.every, step)
     top = Top(of_mask, cloud[:2].mean(axis=1), even=False)
     return bool(top.q[3:] @ np.linalg.solve(top.covariance[3:, 3:], top.q[3:]) > BENT)

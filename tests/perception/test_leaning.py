@@ -7,7 +7,11 @@ import pytest
 from height_noise import FILLET, LONG, NOISES, PITCH, WIDE, Surface, height, relaxed, rounded, seen, viewed
 from leaning_tops import leaning
 
-from stretch_bt.perception import Contact, measure_contact
+from stretch_bt.accuracy.perception.noise import Noise, observe
+from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import seen as pressed
+from stretch_bt.perception import Contact, find_contact, measure_contact, track_height
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 
 @pytest.mark.parametrize(
@@ -60,3 +64,15 @@ def test_an_ellipse_that_leans_is_no_rectangle_of_half_its_width():
     widths = 2 / math.hypot(c / 11e-3, s / 7.85e-3), 2 / math.hypot(s / 11e-3, c / 7.85e-3)
     errors = size.diameter_i - widths[0], size.diameter_j - widths[1]
     assert max(abs(errors[0]) / size.diameter_i_sd, abs(errors[1]) / size.diameter_j_sd) < 2.5
+
+
+@pytest.mark.parametrize(
+    ("stretch", "depth", "seed"), [(0.0, 0.005, 1), (0.0, 0.010, 2), (0.03, 0.005, 2), (0.03, 0.010, 2)]
+)
+def test_a_face_whose_heights_are_all_one_count_is_told_within_a_count(stretch, depth, seed):
+    """Many depth cameras count whole millimetres, unless they are set otherwise; it ended in a LinAlgError."""
+    view = pressed(Press(Cylinder(0.02), stretch, depth))
+    contact = find_contact(observe(view, Noise(white=0.3e-3, quantum=1e-3), seed))
+    top = track_height(contact.surface, np.isfinite(contact.surface[..., 2]), contact.labels)
+    assert abs(top.value - depth) < 0.6e-3
+    assert top.sd > 0.2e-3
