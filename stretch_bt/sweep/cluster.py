@@ -20,6 +20,12 @@ __all__ = ["cluster"]
 LOST = "365 days"
 #: for what processes of this machine say to each other, on one that is busy
 PATIENCE = "5 minutes"
+#: of the processes of this machine; a worker would keep a picture of its stack of every 10 ms, for an hour
+_SETTINGS = {
+    "distributed.deploy.lost-worker-timeout": LOST,
+    "distributed.comm.timeouts.connect": PATIENCE,
+    "distributed.worker.profile.enabled": False,
+}
 
 
 def cluster(
@@ -148,9 +154,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
 
     quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": "127.0.0.1:0", "preload": [dask_worker.__name__]}
     with (
-        dask.config.set(
-            {"distributed.deploy.lost-worker-timeout": LOST, "distributed.comm.timeouts.connect": PATIENCE}
-        ),
+        dask.config.set(_SETTINGS),
         LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
         Client(here) as client,
     ):

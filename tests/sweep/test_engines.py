@@ -4,7 +4,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.sweep import sweep
-from stretch_bt.sweep.cluster import cluster
+from stretch_bt.sweep.cluster import _client, cluster
 from stretch_bt.sweep.engines import engine_of
 from stretch_bt.sweep.serial import serial
 
@@ -19,6 +19,14 @@ def test_twenty_items_on_two_dask_workers_are_those_of_this_process(lab, tmp_pat
     assert rows(there.folder) == rows(here.folder)
     lines = (there.folder / "rows.jsonl").read_text()
     assert len({line.rpartition('"worker": ')[2] for line in lines.splitlines()}) == 2
+
+
+def test_a_worker_keeps_no_pictures_of_its_stack():
+    """It grew by 2 MB an item."""
+    import dask
+
+    with _client(1, None) as client:
+        assert client.submit(dask.config.get, "distributed.worker.profile.enabled").result() is False
 
 
 @pytest.mark.parametrize(
