@@ -7,6 +7,7 @@ import numpy as np
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.counts import check_evened, count_of, even_out
 from stretch_bt.perception.deprojection import points_of
 from stretch_bt.perception.segmentation import Rule, classify
 from stretch_bt.perception.types import CONTACT, FRAME, Contact
@@ -22,7 +23,7 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     NoContact
         No pixel is in contact, or none is valid.
     IllConditioned
-        What is seen is no membrane in its plane, or too noisy.
+        What is seen is no membrane in its plane, or too noisy, or depth comes in counts too coarse for its noise.
     InvalidInput
         The frame does not say how far the camera is from the flat membrane.
     """
@@ -39,15 +40,18 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
             "no pixel of the frame has depth, so that nothing is seen; look at the camera, and at `plane_distance` and the size of the"
             " membrane in the cell, by which other pixels are left out"
         )
+    count = count_of(frame)
+    even_out(points, count, frame.sequence)
     found = classify(points, valid, rule=rule, stretch=frame.stretch, towards=1)
+    check_evened(count, found.noise, found.noise_area)
     labels = found.labels.reshape(-1)
-    count = int(np.count_nonzero(labels == CONTACT))
-    if not count:
+    many = int(np.count_nonzero(labels == CONTACT))
+    if not many:
         raise NoContact(
             "no part of the membrane is curved and raised enough to be in contact, beyond the noise of this frame; press deeper, or"
             " average more frames"
         )
-    touching, rays = np.empty((2, count, 3), dtype=points.dtype)
+    touching, rays = np.empty((2, many, 3), dtype=points.dtype)
     fill_touching(points.reshape(-1, 3), labels, frame.plane_distance, touching, rays)
     return Contact(
         points=touching,

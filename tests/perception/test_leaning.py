@@ -8,9 +8,9 @@ from height_noise import FILLET, LONG, NOISES, PITCH, WIDE, Surface, height, rel
 from leaning_tops import leaning
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press
 from stretch_bt.accuracy.perception.view import seen as pressed
-from stretch_bt.perception import Contact, find_contact, measure_contact, track_height
+from stretch_bt.perception import Contact, classify, deproject, measure_contact, to_membrane, track_height
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 
@@ -72,7 +72,8 @@ def test_an_ellipse_that_leans_is_no_rectangle_of_half_its_width():
 def test_a_face_whose_heights_are_all_one_count_is_told_within_a_count(stretch, depth, seed):
     """Many depth cameras count whole millimetres, unless they are set otherwise; it ended in a LinAlgError."""
     view = pressed(Press(Cylinder(0.02), stretch, depth))
-    contact = find_contact(observe(view, Noise(white=0.3e-3, quantum=1e-3), seed))
-    top = track_height(contact.surface, np.isfinite(contact.surface[..., 2]), contact.labels)
+    points, valid = deproject(observe(view, Noise(white=0.3e-3, quantum=1e-3), seed))
+    points = to_membrane(points, PLANE_DISTANCE)
+    top = track_height(points, valid, classify(points, valid).labels)
     assert abs(top.value - depth) < 0.6e-3
     assert top.sd > 0.2e-3

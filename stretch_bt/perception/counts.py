@@ -1,0 +1,45 @@
+"""Depth in coarse counts, as of cameras that count whole millimetres: it is evened out before a contact is looked for, or refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.types import FloatArray
+
+__all__ = ["check_evened", "count_of", "even_out"]
+
+SOME = 2000  # depths, among which some are neighbours in counts
+COARSE = 0.3e-3  # m, of a count, from which slopes of a membrane look like terraces, and most pixels of a face like one height
+#: parts of a count that the noise must come to, drawn numbers included, for terraces not to show: where it is alike over less than SHARED
+#: pixels, and where over more, of which a part passes for slopes; 0.43 and 0.35 counts of the camera's own
+ENOUGH, ENOUGH_SHARED, SHARED = 0.62, 0.31, 18.0
+
+
+def count_of(frame: DepthFrame) -> float:
+    """Return the least step between depths of a frame, m, which may be many units, as of a frame that was averaged with itself."""
+    raw = frame.raw.reshape(-1)
+    seen = np.unique(raw[:: max(1, raw.size // SOME)])
+    seen = seen[seen > 0]
+    return float(np.diff(seen).min()) * frame.unit if seen.size > 1 else frame.unit
+
+
+def even_out(points: FloatArray, count: float, number: int) -> None:
+    """Add to the heights of points (h, w, 3), m, one number each, drawn evenly from a count, m, where counts are coarse.
+
+    Noise is told by how most pixels differ from their neighbours, which counts hide. What is drawn makes each count as likely as
+    heights about it are (Schuchman, Dither Signals and Their Effect on Quantization Noise, 1964); frames of a `number` have the same.
+    """
+    if count > COARSE:
+        drawn = np.random.default_rng(number).random(points.shape[:2], dtype=np.float32)
+        points[..., 2] += (drawn - np.float32(0.5)) * np.float32(count)
+
+
+def check_evened(count: float, noise: float, area: float) -> None:
+    """Raise IllConditioned where noise of a pixel, m, alike over `area` pixels, leaves terraces of coarse counts, m."""
+    if count > COARSE and noise < count * (ENOUGH if area < SHARED else ENOUGH_SHARED):
+        raise IllConditioned(
+            f"the camera counts depth in steps of {1e3 * count:g} mm, which its noise does not even out, so that slopes look like terraces and"
+            " their treads like faces; give the camera a depth unit of 0.1 mm or less"
+        )
