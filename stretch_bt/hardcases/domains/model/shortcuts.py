@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -19,14 +20,17 @@ from stretch_bt.model.palpation import active
 from stretch_bt.model.palpation.planning import stretches
 from stretch_bt.model.palpation.reloading import of_first_loading
 
+#: the object gives way more only under a membrane that is stretched
+SHALLOW = replace(LIMITS, lowest=TOP - 0.0115)
+
 
 def _against_all(stiffness: float, change: float) -> float:
     """Return the gain of the chosen look over the largest of all presses at all stretches, and of staying."""
     readings, costs = seen(spring(stiffness), 3e-5, poses=TOUCHES), Costs(change=change)
     found, last, radius = fit(readings), readings[-1], RADIUS.value
-    chosen = next_look(MODEL, radius, found, last, DROP, LIMITS, LOOKS, costs, least=0.0)
+    chosen = next_look(MODEL, radius, found, last, DROP, SHALLOW, LOOKS, costs, least=0.0)
     target = active._of_logarithm(found, DROP)
-    plans = active._presses(MODEL, radius, found, last, DROP, LIMITS, stretches(last.stretch, LIMITS))
+    plans = active._presses(MODEL, radius, found, last, DROP, SHALLOW, stretches(last.stretch, SHALLOW))
     views = [active._view(MODEL, radius, found, last, plan, LOOKS) for plan in (None, *plans)]
     before = active._spread(found, target)
     gains = [
@@ -39,15 +43,26 @@ def _against_all(stiffness: float, change: float) -> float:
 
 
 def _sunk(by: float, kinds: str = "AAAAA", last: str = "A") -> tuple[int, Any]:
-    """Return how many readings are of first loading, where the last one was under less force and its top stood lower by so much, m."""
+    """Return how many readings are of first loading, where the last ones were under less force and the top stood lower by so much, m."""
     law = spring(600.0)
-    readings = seen(law, 2e-5)
-    readings.append(TopReading(0.0, TOP - 0.004, height(law, 0.0, TOP - 0.004) - by, 2e-5))
+    again = TopReading(0.0, TOP - 0.004, height(law, 0.0, TOP - 0.004) - by, 2e-5)
+    readings = [*seen(law, 2e-5), *(replace(again) for _ in last)]
     names = {id(reading): kind for reading, kind in zip(readings, kinds + last, strict=True)}
     first, series = of_first_loading(
         readings, fit(readings), fit, MODEL, RADIUS.value, 5e-5, kind=lambda reading: names[id(reading)]
     )
     return len(first), series
+
+
+def _seconds() -> list[float]:
+    """Return what looks of ten frames take: at once, 20 mm farther, at another stretch, and both, s."""
+    costs, here = Costs(speed=0.01, change=2.0, frame=0.1, settle=0.5), _at(0.0, 0.05)
+    plans = (None, _at(0.0, 0.03), _at(0.02, 0.05), _at(0.02, 0.07))
+    return [costs.seconds(here, plan, 10) for plan in plans]
+
+
+def _at(stretch: float, hand: float) -> Any:
+    return SimpleNamespace(stretch=stretch, hand=hand)
 
 
 def _below_nothing(stretch: float, depth: float) -> list[float]:
@@ -77,6 +92,12 @@ CASES: tuple[Hard, ...] = (
             for stiffness in (300.0, 1100.0)
             for change in (0.0, 0.5, 3.5)
         },
+        {
+            "what looks take": (
+                _seconds,
+                Value([1.0, 2.0 + 0.5 + 1.0, 2.0 + 0.5 + 1.0, 2.0 + 2.0 + 0.5 + 1.0], rel=1e-12),
+            )
+        },
     ),
     *group(
         "an object that did not come back is told by its readings under less force than before, of the kind of the latest",
@@ -90,6 +111,10 @@ CASES: tuple[Hard, ...] = (
             "a kind that came before": (
                 partial(_sunk, 1e-3, "BBBAA", "B"),
                 Check("all 6 readings", lambda found: found[0] == 6),
+            ),
+            "the latest of another kind": (
+                partial(_sunk, 1e-3, "AAAAA", "AB"),
+                Check("all 7 readings", lambda found: found[0] == 7),
             ),
             "the kind of the latest": (partial(_sunk, 1e-3, "BBBBA", "A"), SAID),
         },
