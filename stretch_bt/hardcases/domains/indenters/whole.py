@@ -109,6 +109,18 @@ def _zones_of(shape: Indenter, tilt: tuple[float, float]) -> bool:
     return all(_ends(zones, top[:, axis], tilt == (0.0, 0.0)) for axis, zones in enumerate(body.zones(GAUGE)))
 
 
+def _sizes(shape: Indenter) -> list[float]:
+    """Return how far its peak is off its surface, m, and how far its crest is off the reach of its top, over what a fillet hides."""
+    (body,) = place(shape, (0.0, 0.0), (0.0, 0.0), 0.0)
+    around = max(shape.crest(np.eye(3))) + 2 * shape.feature
+    points = np.random.default_rng(14).uniform([-around, -around, -5e-5], [around, around, 0.0], (40_000, 3))
+    top = np.abs(points[body.gap(points).distance < 0]).max(axis=0)[:2]
+    round_to = max(shape.feature, getattr(shape, "diameter", 0.0) / 2)
+    hidden = math.sqrt(2 * round_to * 5e-5) + 3e-4
+    peak = body.gap(np.array([[*shape.peak, 0.0]])).distance
+    return [float(np.abs(peak[0])), float(np.abs(top - shape.crest(np.eye(3))).max() / hidden)]
+
+
 #: the last that there is, and the first that there is not; a polygon's sides touch a circle of side / (2 tan(pi / count))
 _INSIDE = 0.02 / (2 * math.tan(math.pi / 3))
 LIMITS: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
@@ -209,6 +221,16 @@ CASES: tuple[Hard, ...] = (
             )
             for name, shape in ZONED.items()
             for tilt in ((0.0, 0.0), (0.1, -0.05))
+        },
+    ),
+    *group(
+        "a first guess of the sheet spans the top, and the hand goes down on the peak",
+        {
+            f"{name}, peak and crest": (
+                partial(_sizes, shape),
+                Check("the peak on the surface, the crest as far as the top", lambda f: f[0] < 1e-9 and f[1] < 1),
+            )
+            for name, shape in {**ZONED, "turned cube": Turned(Cube(0.02), 0.6)}.items()
         },
     ),
     *group(
