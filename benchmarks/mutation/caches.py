@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from mutation.sources import PACKAGE, module_of
@@ -32,10 +33,11 @@ def seed(folder: Path, changed: Path) -> None:
 
 def _link(old: Path, new: Path) -> None:
     new.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        os.link(old, new)
-    except OSError:  # another file system
-        shutil.copy2(old, new)
+    with suppress(FileNotFoundError):  # another process took it away to make room
+        try:
+            os.link(old, new)
+        except OSError:  # another file system
+            shutil.copy2(old, new)
 
 
 def _built_into(changed: Path) -> set[str]:

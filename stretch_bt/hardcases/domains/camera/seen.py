@@ -18,6 +18,7 @@ from stretch_bt.simulation.camera.fold_kernel import look_through
 from stretch_bt.simulation.camera.renderer import _COLUMNS, _ROWS, DepthRenderer, _continued
 from stretch_bt.simulation.camera.skin import Grid, Plane, Profile, table_under
 from stretch_bt.simulation.camera.view import RIGHT, SR305, Offset, View
+from stretch_bt.simulation.camera.view_kernel import look
 from stretch_bt.simulation.effects.lens_distortion import LensDistortion
 from stretch_bt.simulation.membrane.surface import Surface
 
@@ -133,6 +134,20 @@ def _both_ways() -> tuple[int, float]:
     return int(np.count_nonzero((first > 0) != (second > 0))), float(np.abs(first - second)[both].max())
 
 
+def _at_once(name: str, off: Offset = RIGHT) -> list[float]:
+    """Return whether a surface is seen in one pass, how many pixels only that shows or hides, and by how much both ways differ, m."""
+    view, image, second = View(CROP, DISTANCE, off), *np.zeros((2, CROP.height, CROP.width), np.float32)
+    column, row, away = view.project(_continued(ENDING[name].points))
+    seen = look(column, row, away, np.empty((5, len(column), CROP.width)), image)
+    look_through(column, row, away, _ROWS, _COLUMNS, second)
+    both = (image > 0) & (second > 0)
+    return [
+        seen,
+        int(np.count_nonzero((image > 0) != (second > 0))),
+        float(np.abs(image - second)[both].max(initial=0.0)),
+    ]
+
+
 def _folded() -> list[float]:
     """Return how far the nearer leaf of a sheet that turns back under itself is off, m, and the width seen, m."""
     s = np.linspace(0, 1, 161)
@@ -175,6 +190,15 @@ def _beyond(offset: float) -> list[float]:
     return [float(depth.min()) >= 0, bool(np.isfinite(depth).all()), float(depth[240, 320]) - 0.2 + float(_bump(0, 0))]
 
 
+#: sheets that end within the view, or of which rows and columns do
+ENDING = {
+    "narrow at its middle": _grid(_bump, waist=0.2),
+    "wide at its middle": _grid(_bump, width=0.06, waist=-0.4),
+    "narrow": _grid(_bump, width=0.03),
+    "short": _grid(_bump, length=0.03),
+    "wider than the view": _grid(_bump, 1.5e-3, width=0.2),
+    "longer than the view": _grid(_bump, 1.5e-3, length=0.4),
+}
 BLIND: dict[str, tuple[Any, Intrinsics]] = {
     "inside a grid's bulge": (_grid(lambda x, y: 20 * _bump(x, y)), SR305),
     "inside a profile's bulge": (Profile(Surface(0.195, 0.01, 0.0, 0.045, math.inf), (0.0, 0.0), 0.09, 0.1), SR305),
@@ -223,6 +247,14 @@ CASES: tuple[Hard, ...] = (
                     "from the edge of the ridge to the end of its shadow", lambda f: f[0] > 0.015 and abs(f[1]) < 1e-3
                 ),
             ),
+        },
+        {
+            f"in one pass, {name}, {'askew' if off is OFF else 'straight'}": (
+                partial(_at_once, name, off),
+                Check("seen, the same but for 30 pixels and 1 um", lambda f: f[0] and f[1] <= 30 and f[2] < 1e-6),
+            )
+            for name in ENDING
+            for off in (RIGHT, OFF)
         },
         {
             f"the floor under a hand turned by {rotation}": (

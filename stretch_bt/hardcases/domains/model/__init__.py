@@ -8,11 +8,12 @@ from stretch_bt.hardcases.domains.model import (
     force_models,
     next_press,
     series,
+    shortcuts,
     tables,
 )
 
 __all__ = ["CASES"]
 
-_PARTS = (closed_forms, force_models, force_files, series, next_press, calibration, tables, control)
+_PARTS = (closed_forms, force_models, force_files, series, next_press, shortcuts, calibration, tables, control)
 
 CASES = tuple(hard for part in _PARTS for hard in part.CASES)

@@ -12,10 +12,11 @@ from stretch_bt.hardcases.domains.perception import (
     rectangle,
     relief,
     size,
+    solids,
 )
 
 __all__ = ["CASES"]
 
-_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, limits)
+_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, solids, limits)
 
 CASES = tuple(hard for part in _PARTS for hard in part.CASES)

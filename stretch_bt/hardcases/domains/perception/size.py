@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, seen
@@ -14,6 +15,12 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.hardcases.expect import Check, Refusal
 from stretch_bt.hardcases.hard import group
 from stretch_bt.perception import deproject, diameters, measure_contact, to_membrane
+from stretch_bt.perception.size.cells import cells_of
+from stretch_bt.perception.size.choose import choose
+from stretch_bt.perception.size.hypothesis import Context
+from stretch_bt.perception.size.misfit import misfit_of
+from stretch_bt.perception.size.prior import shipped_prior
+from stretch_bt.perception.size.start import start_of
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 STRETCH, WIDTH, DEPTH = 0.03, 0.02, 0.008
@@ -96,6 +103,33 @@ def _two_presses() -> Any:
     return measure_contact(points, np.where(higher, others, labels), stretch=STRETCH)
 
 
+def _star(count: int, share: float) -> list[float]:
+    """Return in how many places an outline stands out from its circle, and how far, mm.
+
+    It is that of the press, drawn out by a share in `count` places and in between them.
+    """
+    points, labels = _press()
+    x, y = points[..., 0], points[..., 1]
+    drawn = 1 + share * np.cos(count * np.arctan2(y, x))
+    v, u = np.indices(labels.shape)
+    known = np.isfinite(x)
+    across, down = np.polyfit(x[known], u[known], 1), np.polyfit(y[known], v[known], 1)
+    from_v, from_u = np.polyval(down, y / drawn), np.polyval(across, x / drawn)
+    at = np.nan_to_num([from_v, from_u], nan=-1.0)
+    points = points.copy()
+    points[..., 2] = map_coordinates(np.nan_to_num(points[..., 2]), at, order=1)
+    cells = cells_of(points, map_coordinates(labels, at, order=0, cval=255))
+    found = choose(["circle"], cells, start_of(cells), Context(STRETCH, 0.3e-3, 0.0, shipped_prior()), noise=0.0)
+    misfit = misfit_of(found.shape, found.fit, cells)
+    return [misfit.harmonic, 1e3 * misfit.off]
+
+
+def _stands_out(count: int) -> Check:
+    return Check(
+        f"found in {count} places, by 0.25 to 0.75 mm", lambda found: found[0] == count and 0.25 < found[1] < 0.75
+    )
+
+
 def _camera_frame(points: Any) -> Any:
     points[..., 2] = PLANE_DISTANCE - points[..., 2]
     return points
@@ -137,6 +171,18 @@ CASES = (
             "near the clamp": (lambda: _measured((0.0, 0.025)), _about(0.8e-3)),
             "at the free edge": (lambda: _measured((0.034, 0.0)), CUT),
         },
+        prefix="size, ",
+    ),
+    *group(
+        "the outline may be that of no shape that is known",
+        {
+            f"{count} corners": (
+                partial(_star, count, 0.06),
+                _stands_out(count),
+            )
+            for count in (3, 5, 6)
+        },
+        {"no corners": (partial(_star, 6, 0.0), Check("off by 0.15 mm at most", lambda found: found[1] < 0.15))},
         prefix="size, ",
     ),
     *group(

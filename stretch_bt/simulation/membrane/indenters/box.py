@@ -56,8 +56,8 @@ class Box(Solid):
         return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     def crest(self, rotation: Array) -> tuple[float, float]:
-        """Return half the extent of its flat top along x and y, m."""
-        (a, b), turn = self._halves, np.abs(self._turn)
+        """Return half the extent of its flat top along x and y, m, as the rotation leaves it."""
+        (a, b), turn = self._halves, np.abs(rotation @ self._turn)
         return float(turn[0, 0] * a + turn[0, 1] * b), float(turn[1, 0] * a + turn[1, 1] * b)
 
     def gap(self, points: Array) -> Gap:

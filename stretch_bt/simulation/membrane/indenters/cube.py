@@ -42,6 +42,11 @@ class Cube(Solid):
         """Half the side of its flat face, m."""
         return self.side / 2 - self.edge
 
+    def crest(self, rotation: Array) -> tuple[float, float]:
+        """Return half the extent of its flat top along x and y, m, as the rotation leaves it."""
+        along = self.flat * np.abs(rotation[:2, :2]).sum(axis=1)
+        return float(along[0]), float(along[1])
+
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m."""
         from stretch_bt.simulation.membrane.indenters.distance_kernel import prism

@@ -1,4 +1,4 @@
-"""Membrane and object in series: any ratio of stiffness, kinks, falling forces, jumps, and laws that are rough or no numbers."""
+"""Objects of any law against membranes of any power, and what is no law, travel or rest."""
 
 from __future__ import annotations
 
