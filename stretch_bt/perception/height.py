@@ -18,6 +18,7 @@ from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
+from stretch_bt.perception.stripes import NO_STRIPES
 from stretch_bt.perception.surface import check_array, check_labels, check_points, finite, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
@@ -185,7 +186,8 @@ def _tops(
     around = surroundings(points, valid, touching, noise)
     for part in summits(touching, around, max(noise.white_sd, touching.step / math.sqrt(12.0))):
         top = _best(part, curvature)
-        yield top if noise.area <= 1.0 else _Top(by_wide_discs(top.height, part, around), top.is_curved)
+        alone = noise.area <= 1.0 and noise.stripes == NO_STRIPES
+        yield top if alone else _Top(by_wide_discs(top.height, part, around), top.is_curved)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
