@@ -19,11 +19,13 @@ Places = npt.NDArray[np.intp]
 
 # A fourth difference across the lines leaves nothing of a membrane, nor of noise alike over more than some 2 pixels.
 FOURTH: Image = np.array([[1.0, -4.0, 6.0, -4.0, 1.0]], dtype=np.float32)
+AROUND = np.ones(FOURTH.shape, dtype=np.uint8)
 POWER = float((FOURTH**2).sum())  # that it leaves of independent lines of variance 1
 INDEPENDENT = 2.6  # lines of what it leaves that count as one independent square: 1 + 2 (0.8^2 + 0.4^2 + 0.11^2)
-EVERY = 2  # pixels along a line from one that is looked at to the next: all of them tell little more
+EVERY = 4  # pixels along a line from one that is looked at to the next: they show stripes of a twelfth of white noise
 BLOCK = 16  # pixels along a line; what pixels so far apart share, no noise alike over up to some 8 pixels makes
 LEAST_BLOCKS, LEAST_LINES = 4, 30
+LEAST_SEEN = 0.25  # of a line
 CUT = 4.0  # standard deviations of a line past which it is no noise: a straight edge, or a clamp
 CLEARLY = 3.0  # standard errors of a variance from which it counts: one in 700 frames without stripes shows some
 
@@ -105,33 +107,29 @@ def _of_columns(height: Image, seen: MaskArray) -> float:
     blocks, wide = len(height) // deep, height.shape[1]
     if blocks < LEAST_BLOCKS or wide < LEAST_LINES:
         return 0.0
-    whole = cv2.erode(
-        seen.view(np.uint8), np.ones(FOURTH.shape, np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0.0
-    )
+    whole = cv2.erode(seen.view(np.uint8), AROUND, borderType=cv2.BORDER_CONSTANT, borderValue=0.0)
     left = cv2.filter2D(height, cv2.CV_32F, FOURTH, borderType=cv2.BORDER_REPLICATE) * whole
-    sums, counts = (
-        np.asarray(image[: blocks * deep]).reshape(blocks, deep, wide).sum(axis=1, dtype=np.float32)
-        for image in (left, whole)
-    )
-    pairs = _apart(counts)
-    kept = pairs > 0.25 * pairs.max(initial=0.0)
-    if np.count_nonzero(kept) < LEAST_LINES:
+    sums, counts = (image[: blocks * deep].reshape(blocks, deep, wide).sum(axis=1) for image in (left, whole))
+    count = counts.sum(axis=0, dtype=np.float64)
+    lines = np.flatnonzero(count > LEAST_SEEN * blocks * deep)
+    if lines.size < LEAST_LINES:
         return 0.0
-    sums, counts, pairs = sums[:, kept], counts[:, kept], pairs[kept]
-    means = np.abs(sums.sum(axis=0) / counts.sum(axis=0))
+    total, products = (values[lines] for values in _products(sums))
+    means = np.abs(total / count[lines])
     noise = means < CUT * MAD_TO_SD * quantile(means)
-    products, pairs = _apart(sums)[noise], pairs[noise]
-    total = max(float(pairs.sum()), 1.0)
-    found = float(products.sum()) / total
-    error = math.sqrt(INDEPENDENT * float(np.sum((products - found * pairs) ** 2))) / total
+    pairs = count[lines] ** 2 * noise * ((blocks - 1) * (blocks - 2) / blocks**2)
+    found = float(products @ noise / pairs.sum()) if noise.any() else 0.0
+    off = (products - found * pairs) * noise
+    error = math.sqrt(INDEPENDENT * float(off @ off)) / max(float(pairs.sum()), 1.0)
     return found / POWER if found > CLEARLY * error else 0.0
 
 
-def _apart(sums: Image) -> Array:
-    """Return the sum (n,) of the products of all pairs of blocks (b, n) of a line that do not touch, each pair twice."""
+def _products(sums: Image) -> tuple[Array, Array]:
+    """Return the sum (n,) of the blocks (b, n) of each line, and that of the products of all pairs that do not touch, each pair twice."""
     each = sums.astype(np.float64)
     total = each.sum(axis=0)
-    return np.asarray(total * total - (each * each).sum(axis=0) - 2.0 * (each[1:] * each[:-1]).sum(axis=0))
+    own, beside = (np.einsum("bn,bn->n", each[n:], each[: len(each) - n]) for n in range(2))
+    return total, np.asarray(total * total - own - 2.0 * beside)
 
 
 def without_lines(image: Image, seen: MaskArray, stripes: Stripes) -> Image:
