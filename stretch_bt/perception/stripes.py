@@ -109,18 +109,19 @@ def _of_columns(height: Image, seen: MaskArray) -> float:
         return 0.0
     whole = cv2.erode(seen.view(np.uint8), AROUND, borderType=cv2.BORDER_CONSTANT, borderValue=0.0)
     left = cv2.filter2D(height, cv2.CV_32F, FOURTH, borderType=cv2.BORDER_REPLICATE) * whole
-    sums, counts = (image[: blocks * deep].reshape(blocks, deep, wide).sum(axis=1) for image in (left, whole))
-    count = counts.sum(axis=0, dtype=np.float64)
+    count = np.asarray(cv2.reduce(whole[: blocks * deep], 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F))[0]
     lines = np.flatnonzero(count > LEAST_SEEN * blocks * deep)
     if lines.size < LEAST_LINES:
         return 0.0
-    total, products = (values[lines] for values in _products(sums))
-    means = np.abs(total / count[lines])
+    total, products = _products(left[: blocks * deep].reshape(blocks, deep, wide).sum(axis=1)[:, lines])
+    count = count[lines]
+    means = np.abs(total / count)
     noise = means < CUT * MAD_TO_SD * quantile(means)
-    pairs = count[lines] ** 2 * noise * ((blocks - 1) * (blocks - 2) / blocks**2)
-    found = float(products @ noise / pairs.sum()) if noise.any() else 0.0
-    off = (products - found * pairs) * noise
-    error = math.sqrt(INDEPENDENT * float(off @ off)) / max(float(pairs.sum()), 1.0)
+    products, pairs = products[noise], ((blocks - 1) * (blocks - 2) / blocks**2) * count[noise] ** 2
+    all_pairs = max(float(pairs.sum()), 1.0)
+    found = float(products.sum()) / all_pairs
+    off = products - found * pairs
+    error = math.sqrt(INDEPENDENT * float(off @ off)) / all_pairs
     return found / POWER if found > CLEARLY * error else 0.0
 
 
