@@ -5,7 +5,8 @@
 The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
 caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet.
 Beside it stand the sheet of that solver, and surfaces in closed form that end in a kink, as no membrane does. Noise is white, or white noise
-after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may share some besides. Of two bodies side by side the higher top is asked for.
+after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may share some besides. Of two bodies side by
+side the higher top is asked for.
 `free` is a membrane that touches nothing: how many of its frames have a height.
 """
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
-from stretch_bt.perception.types import MaskArray
+from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["NO_STRIPES", "Stripes", "stripes_of", "without_lines"]
 
@@ -91,8 +91,8 @@ def _product(sigma: float, a: int, b: int) -> float:
 def stripes_of(height: Image, seen: MaskArray) -> Stripes:
     """Return the stripes of an image of heights (h, w), m, finite, from its pixels that are seen (h, w)."""
     columns = _of_columns(height[::EVERY], seen[::EVERY])
-    across = (np.ascontiguousarray(image[:, ::EVERY].T) for image in (height, seen))
-    return Stripes(_of_columns(*across), columns)
+    turned = np.ascontiguousarray(height[:, ::EVERY].T), np.ascontiguousarray(seen[:, ::EVERY].T)
+    return Stripes(_of_columns(*turned), columns)
 
 
 def _of_columns(height: Image, seen: MaskArray) -> float:
@@ -133,7 +133,7 @@ def _products(sums: Image) -> tuple[Array, Array]:
     return total, np.asarray(total * total - own - 2.0 * beside)
 
 
-def without_lines(image: Image, seen: MaskArray, stripes: Stripes) -> Image:
+def without_lines(image: FloatArray, seen: MaskArray, stripes: Stripes) -> FloatArray:
     """Return an image (h, w) about 0 less the mean of what is seen of each row and column, as far as stripes are there."""
     for axis, variance in ((1, stripes.rows), (0, stripes.columns)):
         if variance > 0.0:
