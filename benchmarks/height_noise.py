@@ -5,7 +5,8 @@
 The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
 caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet.
 Beside it stand the sheet of that solver, and surfaces in closed form that end in a kink, as no membrane does. Noise is white, or white noise
-after a Gaussian of some pixels, or both, with the counts of a camera. Of two bodies side by side the higher top is asked for.
+after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may share some besides. Of two bodies side by
+side the higher top is asked for.
 `free` is a membrane that touches nothing: how many of its frames have a height.
 """
 
@@ -55,12 +56,14 @@ class Surface:
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations, m: white, and (m, pixels) of parts that are white noise after a Gaussian of so many pixels."""
+    """Standard deviations, m: white, (m, pixels) of parts that are white noise after a Gaussian of so many pixels, of rows and of columns."""
 
     white: float
     shared: tuple[tuple[float, float], ...] = ()
     unit: float = 0.125e-3
     frames: int = 1
+    rows: float = 0.0
+    columns: float = 0.0
 
 
 NOISES = {
@@ -78,6 +81,10 @@ NOISES = {
     "bench, 8 frames": Noise(0.018e-3, ((0.19e-3, 3.0),), 0.125e-3 / 16),
     "SR305": Noise(0.02e-3, ((0.05e-3, 1.1),)),
     "white 0.3 and 0.15, 8 px": Noise(0.3e-3, ((0.15e-3, 8.0),)),
+    "white 0.1, columns 0.2": Noise(0.1e-3, columns=0.2e-3),
+    "white 0.1, rows 0.3": Noise(0.1e-3, rows=0.3e-3),
+    "white 0.1, both 0.2": Noise(0.1e-3, rows=0.2e-3, columns=0.2e-3),
+    "bench, columns 0.2": Noise(0.05e-3, ((0.3e-3, 3.0),), columns=0.2e-3),
 }
 
 
@@ -141,6 +148,9 @@ def seen(surface: Surface, noise: Noise, rng: np.random.Generator) -> DepthFrame
     depth = surface.depth + noise.white * rng.standard_normal(surface.depth.shape)
     for sd, length in noise.shared:
         depth += sd * alike(depth.shape, length, rng)
+    if noise.rows or noise.columns:
+        high, wide = depth.shape
+        depth += noise.rows * rng.standard_normal((high, 1)) + noise.columns * rng.standard_normal((1, wide))
     kept = (surface.depth > 0.0) & (rng.random(depth.shape) > 0.01)
     raw = np.where(kept, np.clip(np.rint(depth / noise.unit), 0, 65535), 0).astype(np.uint16)
     return DepthFrame(raw, noise.unit, CAMERA, 0.0, 0, DISTANCE, hand_height=0.0, stretch=0.016)

@@ -18,6 +18,7 @@ from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
+from stretch_bt.perception.stripes import NO_STRIPES
 from stretch_bt.perception.surface import check_array, check_labels, check_points, finite, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
@@ -25,7 +26,7 @@ from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArr
 from stretch_bt.perception.wide_top import by_wide_discs
 from stretch_bt.units import Estimate, is_number
 
-__all__ = ["top_of_points", "track_height"]
+__all__ = ["top_of_pixels", "top_of_points", "track_height"]
 
 Array = npt.NDArray[np.float64]
 
@@ -185,7 +186,8 @@ def _tops(
     around = surroundings(points, valid, touching, noise)
     for part in summits(touching, around, max(noise.white_sd, touching.step / math.sqrt(12.0))):
         top = _best(part, curvature)
-        yield top if noise.area <= 1.0 else _Top(by_wide_discs(top.height, part, around), top.is_curved)
+        alone = noise.area <= 1.0 and noise.stripes == NO_STRIPES
+        yield top if alone else _Top(by_wide_discs(top.height, part, around), top.is_curved)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -197,8 +199,18 @@ def top_of_points(points: FloatArray) -> Estimate:
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InvalidInput(f"contact points are real numbers of shape (n, 3), m, got {points.dtype} {points.shape}")
     some = _some(np.arange(len(points)))
-    seen = _points(points[some], some, 1, None)
-    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2]))).height
+    return top_of_pixels(points[some], some, 1, None)
+
+
+def top_of_pixels(
+    points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None, unlike: float = 1.0
+) -> Estimate:
+    """Do as `top_of_points` with points (n, 3), m, of the pixels (n,) of an image `wide` pixels wide, and its noise where that is known.
+
+    Its deviation counts `unlike` times by how much a disc half as wide tells another height.
+    """
+    seen = _points(points, places, wide, noise)
+    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), unlike=unlike).height
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -233,7 +245,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     return found
 
 
-def _best(points: Points, known: Estimate | None = None) -> _Top:
+def _best(points: Points, known: Estimate | None = None, unlike: float = 1.0) -> _Top:
     """Return the top from a disc that the membrane's bend at the rim leaves alone."""
     cloud = points.cloud
     middle, away, radius = disc_of(cloud)
@@ -250,7 +262,7 @@ def _best(points: Points, known: Estimate | None = None) -> _Top:
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        unlike = _unlike_half(found, near, middle, radius, known)
+        unlike *= _unlike_half(found, near, middle, radius, known)
         return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), True)
     top, flat = Top(near, middle, even=True), _flat(near)
     return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)

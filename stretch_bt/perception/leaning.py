@@ -195,7 +195,7 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     z = np.where(here, cloud[..., 2], 0.0).astype(np.float32)
     share = cv2.blur(here.astype(np.float32), (wide, wide))
     middle = cv2.medianBlur(z, MEDIAN)
-    wild = np.abs(z - middle) > WILD * math.sqrt(float(noise.variances.sum()))
+    wild = np.abs(z - middle) > WILD * math.sqrt(noise.variance)
     z = np.where(here, np.where(wild, middle, z), np.float32(0))
     mean = cv2.blur(z, (wide, wide)) / np.maximum(share, np.float32(0.5))
     every = -(-max(here.shape) // MOST_SIDE)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative, gaussian, shrink, smooth
+from stretch_bt.perception.stripes import NO_STRIPES, Stripes
 from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import MaskArray
 
@@ -40,6 +41,7 @@ LEAST = 60  # bins from which a residual tells anything
 CUT, ROUNDS = 3.5, 3  # standard deviations past which a residual is no noise, and how often they are taken
 AROUND = np.ones((5, 5), dtype=np.uint8)  # bins around it that are not either
 LEAST_KEPT = 0.3  # of the bins
+LEAST_LEFT = 0.01  # of a variance, once that of stripes, which is only roughly known, is taken off
 # Variance that the curvature brings at its median, over that of noise; and the logarithm of a likelihood that makes it believed
 BY_CURVATURE: Image = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0], dtype=np.float32)
 GAIN = 1.0
@@ -90,11 +92,11 @@ def left_by_ellipse(
         return min(found, key=lambda n: found[n].size(lengths))
 
     for n in FIRST:
-        found[n] = _View(bins, RATIOS[n])
+        found[n] = _View(bins, RATIOS[n], cleaned.stripes)
         if found[n].leaves_no_more(lengths, enough):
             return None
     best = least()
-    found |= {n: _View(bins, RATIOS[n]) for n in (best - 1, best + 1) if 0 <= n < len(RATIOS)}
+    found |= {n: _View(bins, RATIOS[n], cleaned.stripes) for n in (best - 1, best + 1) if 0 <= n < len(RATIOS)}
     view = found[least()]
     if view.leaves_no_more(lengths, enough):
         return None
@@ -126,8 +128,8 @@ def _means(image: Image, valid: MaskArray) -> Image:
 class _View:
     """What an ellipse leaves of bins (h, w), m, and where that is seen."""
 
-    def __init__(self, bins: _Free, ratio: float) -> None:
-        self.ratio, self._bent = ratio, _bent(bins, ratio)
+    def __init__(self, bins: _Free, ratio: float, stripes: Stripes) -> None:
+        self.ratio, self._bent, self._stripes = ratio, _bent(bins, ratio), stripes
         self._rest, self._whole = _rest(bins, ratio)
         self._last = self.variance(-1)
 
@@ -146,7 +148,11 @@ class _View:
         if np.count_nonzero(there) < LEAST:
             return math.inf
         mean: Image = np.asarray(total / np.maximum(cover, np.float32(1e-3)), np.float32)
-        return _unbent(mean, there, self._bent)
+        found = _unbent(mean, there, self._bent)
+        if self._stripes == NO_STRIPES:
+            return found
+        by_rows, by_columns = _of_lines(self.ratio)[number]
+        return max(found - self._stripes.rows * by_rows - self._stripes.columns * by_columns, LEAST_LEFT * found)
 
 
 def _rest(bins: _Free, ratio: float) -> tuple[Image, MaskArray]:
@@ -221,14 +227,28 @@ def _ellipse(ratio: float) -> Image:
 
 
 @lru_cache(maxsize=len(RATIOS))
-def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
-    """Return the variances (k, n) of what an ellipse leaves, after each of MEANS, of noise of variance 1 of each length, pixels."""
+def _of_lines(ratio: float) -> list[tuple[float, float]]:
+    """Return the variances, after each of MEANS, of what an ellipse leaves of rows and of columns of pixels, each of variance 1."""
+    found = []
+    for kernel in _kernels(ratio):
+        across_rows, across_columns = kernel.sum(axis=1), kernel.sum(axis=0)
+        found.append((float(across_rows @ across_rows) / STEP, float(across_columns @ across_columns) / STEP))
+    return found
+
+
+def _kernels(ratio: float) -> list[Array]:
+    """Return, after each of MEANS, what an ellipse leaves of a bin."""
     left = -_ellipse(ratio).astype(np.float64)
     left[left.shape[0] // 2, left.shape[1] // 2] += 1.0
+    lines = (gaussian(mean, 0) for mean in MEANS)
+    return [_whole(left, np.outer(line, line)) for line in lines]
+
+
+@lru_cache(maxsize=len(RATIOS))
+def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
+    """Return the variances (k, n) of what an ellipse leaves, after each of MEANS, of noise of variance 1 of each length, pixels."""
     rows = []
-    for mean in MEANS:
-        line = gaussian(mean, 0)
-        kernel = _whole(left, np.outer(line, line))
+    for kernel in _kernels(ratio):
         own = _whole(kernel, kernel[::-1, ::-1])
         v, u = np.indices(own.shape) - (np.array(own.shape) // 2)[:, None, None]
         rows.append([float((own * _alike(np.hypot(v, u), length)).sum()) for length in lengths])

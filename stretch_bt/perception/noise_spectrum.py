@@ -13,6 +13,7 @@ import numpy.typing as npt
 from stretch_bt.perception.noise_off_contact import LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
+from stretch_bt.perception.stripes import NO_STRIPES, Stripes, without_lines
 from stretch_bt.perception.surface import Cleaned, Surface
 from stretch_bt.perception.types import MaskArray
 
@@ -49,18 +50,25 @@ MOST_CELLS = 20_000  # as of a contact 140 pixels across: beyond, its edge is a 
 class NoiseSpectrum:
     """Noise of one pixel as a sum of parts: variances (k,), m^2, each shared over a length (k,), pixels, 0 where white.
 
-    A part is white noise after a Gaussian of its length, so that pixels d apart correlate as exp(-d^2 / 4 length^2).
+    A part is white noise after a Gaussian of its length, so that pixels d apart correlate as exp(-d^2 / 4 length^2). Whole rows and
+    columns share `stripes` besides.
     """
 
     variances: Array
     lengths: Array
+    stripes: Stripes = NO_STRIPES
 
     @property
     def area(self) -> float:
-        """How many pixels share one error, at least 1."""
+        """How many pixels share one error, at least 1; stripes are left aside."""
         total = float(self.variances.sum())
         areas = np.maximum(4.0 * math.pi * self.lengths**2, 1.0)
         return float(self.variances @ areas) / total if total > 0.0 else 1.0
+
+    @property
+    def variance(self) -> float:
+        """Variance of one pixel, m^2."""
+        return float(self.variances.sum()) + self.stripes.variance
 
     @property
     def shared_area(self) -> float:
@@ -80,35 +88,35 @@ class NoiseSpectrum:
 
     def sd_beside_counts(self, step: float) -> float:
         """Return the standard deviation, m, of what is not due to heights that come in steps, m."""
-        return math.sqrt(max(float(self.variances.sum()) - step**2 / 12.0, 0.0))
+        return math.sqrt(max(self.variance - step**2 / 12.0, 0.0))
 
     def beside_counts(self, step: float) -> NoiseSpectrum:
         """Return it as white where it is that of steps, m, alone: they follow the surface, and only seem to be shared."""
-        total = float(self.variances.sum())
+        total = self.variance
         alone = total < MOSTLY_COUNTS * step**2 / 12.0
         return NoiseSpectrum(np.array([total]), np.zeros(1)) if alone else self
 
     def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
         """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""
         parts = zip(np.sqrt(self.variances), self.lengths, strict=True)
-        each = (
-            replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),)))
-            for sd, length in parts
-            if sd
-        )
-        return math.hypot(*each)
+        each = [
+            replace(surface, noise=float(sd), length=float(length), stripes=NO_STRIPES) for sd, length in parts if sd
+        ]
+        lines = replace(surface, noise=0.0, length=0.0, stripes=self.stripes)
+        return math.hypot(*(part.noise_after(*(orders or ((0, 0, 1.0),))) for part in [*each, lines]))
 
     def of_mean(self, pixels: float) -> float:
         """Return the variance, m^2, of the mean of a block of so many pixels, of all parts but the white."""
         areas = 4.0 * math.pi * self.lengths**2
-        return float((self.variances * np.minimum(areas / pixels, 1.0)) @ (areas > 0.0))
+        local = float((self.variances * np.minimum(areas / pixels, 1.0)) @ (areas > 0.0))
+        return local + self.stripes.of_mean(pixels)
 
     def shared(self, design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], every: int = 1) -> Array:
         """Return the covariance (k, k) of sums of pixels, weighed by `design` (k, n), at rows and columns (n,), of all parts but the white.
 
         `every` says that they are those of every second, third ... row and column.
         """
-        total = np.zeros((len(design), len(design)))
+        total = self.stripes.shared(design, rows, columns)
         for variance, length in zip(self.variances, self.lengths, strict=True):
             if variance > 0.0 and length > 0.0:
                 total += variance * _alike(design, rows, columns, float(length), every)
@@ -159,11 +167,11 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
             rows.append(_expected(step, width, times) / seen[0])
             found.append(seen / seen[0])
     if not rows:
-        return NoiseSpectrum(np.zeros(1), np.zeros(1))
+        return NoiseSpectrum(np.zeros(1), np.zeros(1), cleaned.stripes)
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
     if free is not None:
         variances = _with_ellipse(cleaned, free, rows, found, variances)
-    return NoiseSpectrum(variances, np.array(LENGTHS))
+    return NoiseSpectrum(variances, np.array(LENGTHS), cleaned.stripes)
 
 
 def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: list[Array], variances: Array) -> Array:
@@ -207,10 +215,16 @@ def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArra
         whole = far if np.count_nonzero(far) >= LEAST else whole
     if np.count_nonzero(whole) < LEAST:
         return None
-    sd = MAD_TO_SD * quantile(np.abs(rest[whole]))
-    whole &= np.abs(rest) < CUT * sd
+    whole &= _is_noise(rest, whole)
+    if cleaned.stripes != NO_STRIPES:
+        rest = without_lines(rest, whole, cleaned.stripes)
+        whole &= _is_noise(rest, whole)
     rest = np.where(whole, rest, np.float32(0))
     return np.array([_covariance(rest, whole, lag) for lag in range(LAGS)])
+
+
+def _is_noise(rest: Image, whole: MaskArray) -> MaskArray:
+    return np.asarray(np.abs(rest) < CUT * MAD_TO_SD * quantile(np.abs(rest[whole])))
 
 
 def _middle(image: Any) -> Any:

@@ -78,9 +78,14 @@ class Reference:
         return valid_box(known) if known.any() else np.s_[:, :]
 
     def rise(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
-        """Return how far each pixel is nearer than the reference (h, w), m, and where both are valid.
+        """Do as `difference`, with the median around each pixel, so that single flying ones vanish."""
+        rise, known = self.difference(depth, window)
+        return np.where(known, median(rise, known), np.float32(0)), known
 
-        `window` is the rows and columns to return, by default all. Single flying pixels are replaced by the median around them.
+    def difference(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
+        """Return how far each pixel is nearer than the reference (h, w), m, 0 where unknown, and where both are valid.
+
+        `window` is the rows and columns to return, by default all.
 
         Raises
         ------
@@ -97,8 +102,7 @@ class Reference:
                 "no pixel has depth in this frame and in the reference, so that nothing can be compared; look whether the camera still"
                 " sees the membrane"
             )
-        rise = np.where(known, self._mean[window] - image, 0.0).astype(np.float32)
-        return np.where(known, median(rise, known), np.float32(0)), known
+        return np.where(known, self._mean[window] - image, 0.0).astype(np.float32), known
 
 
 def smoothed_rise(rise: Image, known: MaskArray, kernel: float) -> tuple[Image, MaskArray]:

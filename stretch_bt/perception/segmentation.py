@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import islice
@@ -22,6 +23,7 @@ from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
+from stretch_bt.perception.stripes import NO_STRIPES
 from stretch_bt.perception.surface import Cleaned, binned_surface, check_points, clean
 from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
@@ -213,7 +215,8 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
     fill_classes(grown(rise, step), grown(sure, step), touching, cleaned.valid, *cleaned.corner, labels, confidence)
     plane = ground.plane + ground.whole.level
     area = area_of(ground.whole.length)
-    return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio, area)
+    noise = ground.whole.noise if cleaned.stripes == NO_STRIPES else math.hypot(ground.whole.noise, cleaned.stripes.sd)
+    return Segmentation(labels, confidence, noise, plane, scale.ratio, area)
 
 
 def _draw(touching: MaskArray, patch: Patch) -> None:

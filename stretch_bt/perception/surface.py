@@ -14,6 +14,7 @@ from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_m
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
+from stretch_bt.perception.stripes import NO_STRIPES, Stripes, stripes_of, without_lines
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.units import is_number
 
@@ -65,11 +66,19 @@ class Cleaned:
     level: float
     towards: int
     _bins: dict[int, tuple[Image, Image]] = field(default_factory=dict, repr=False, compare=False)
+    _stripes: list[Stripes] = field(default_factory=list, repr=False, compare=False)
 
     @property
     def corner(self) -> tuple[int, int]:
         """Row and column of the first pixel in the whole image."""
         return self.box[0].start, self.box[1].start
+
+    @property
+    def stripes(self) -> Stripes:
+        """Noise that whole rows and columns share."""
+        if not self._stripes:
+            self._stripes.append(stripes_of(self.height, self.valid))
+        return self._stripes[0]
 
     def bins(self, step: int) -> tuple[Image, Image]:
         """Return the mean height of the valid pixels in bins of `step`, a power of 2, and the share that is valid."""
@@ -88,7 +97,7 @@ class Surface:
     `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `pitch` is the
     width of a bin, m. `noise` is the standard deviation of one pixel, m, and `length` tells how many pixels share it:
     it is that of white noise smoothed by a Gaussian of `length` pixels. `view` is the width of all that is seen, m.
-    `origin` is the row and column of its first bin where it is part of a larger one.
+    `origin` is the row and column of its first bin where it is part of a larger one. Rows and columns of pixels share `stripes` besides.
     """
 
     height: Image
@@ -104,6 +113,7 @@ class Surface:
     towards: int
     view: float
     origin: tuple[int, int] = (0, 0)
+    stripes: Stripes = NO_STRIPES
 
     def part(self, window: Box) -> Surface:
         """Return the bins of a window (rows, columns)."""
@@ -119,8 +129,11 @@ class Surface:
     def noise_after(self, *orders: tuple[int, int, float]) -> float:
         """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin."""
         pixels = round(20.0 * math.hypot(self.step * self.sigma, self.step / math.sqrt(12.0))) / 20.0
-        each = ((a, b, weight * self.step ** (a + b)) for a, b, weight in orders)
-        return self.noise * spread_of_mean(self.length, pixels, *each)
+        each = [(a, b, weight * self.step ** (a + b)) for a, b, weight in orders]
+        local = self.noise * spread_of_mean(self.length, pixels, *each)
+        if self.stripes == NO_STRIPES:
+            return local
+        return math.sqrt(local**2 + self.stripes.after(pixels, *each))
 
 
 def check_array(what: str, given: object) -> None:
@@ -248,10 +261,9 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
     fill_surface(mean, cover, raw, share, COVER, ONE_SIDED / sigma, height, valid, trusted)
     pitch = step * cleaned.pitch
     view = cleaned.pitch * max(cleaned.valid.shape)
-    pixel, length = noise or _noise(cleaned, height - mean, valid, mean, step, sigma)
-    return Surface(
-        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, length, cleaned.towards, view
-    )
+    lines, (pixel, length) = cleaned.stripes, noise or _noise(cleaned, height - mean, valid, mean, step, sigma)
+    level, towards = cleaned.level, cleaned.towards
+    return Surface(height, mean, valid, trusted, level, pitch, sigma, step, pixel, length, towards, view, (0, 0), lines)
 
 
 def _noise(
@@ -259,7 +271,7 @@ def _noise(
 ) -> tuple[float, float]:
     """Return the noise of one pixel, m, and the length over which pixels share it, from what the mean leaves."""
     again = derivative(rest, sigma, 0, 0)
-    shared, length = noise_of(rest - again, valid, sigma)
+    shared, length = noise_of(without_lines(rest - again, valid, cleaned.stripes), valid, sigma)
     if length < SHARED:
         return _pixel_noise(cleaned, mean + again, step, sigma), 0.0
     return shared, step * length
@@ -273,7 +285,8 @@ def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> floa
     along = mean[rows, 2::every] - mean[rows, : w - 2 : every]
     offset = -0.25 * (step - 1) / step  # half the way to a bin's first pixel from its middle
     first = slice(step, step * (h - 1), step * every), slice(step, step * (w - 1), step * every)
-    residual = (cleaned.height[first] - mean[rows, columns] - offset * (down + along))[cleaned.valid[first]]
-    if not residual.size:
+    residual, seen = cleaned.height[first] - mean[rows, columns] - offset * (down + along), cleaned.valid[first]
+    if not seen.any():
         return 0.0
-    return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(left_of_one(sigma, step))
+    own = without_lines(residual, seen, cleaned.stripes)[seen]
+    return MAD_TO_SD * quantile(np.abs(own)) / math.sqrt(left_of_one(sigma, step))

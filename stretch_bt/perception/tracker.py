@@ -9,12 +9,15 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.clean import median
+from stretch_bt.perception.clean import flying_pixels, median
 from stretch_bt.perception.deprojection import depth_of
-from stretch_bt.perception.height import top_of_points
+from stretch_bt.perception.height import top_of_pixels
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.reference import Reference, check_kernel, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
 from stretch_bt.perception.steps import shared_step, step_of
+from stretch_bt.perception.stripes import Stripes
+from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -24,6 +27,9 @@ Image = npt.NDArray[np.float32]
 
 CLEAR = 6.0  # standard deviations above which the highest place is the press and not noise
 TOP = 0.85  # share of the smoothed height that its surroundings keep within the top
+# times by which a quadratic over half the disc tells another height: over a tip its error goes with the width of the disc, and half of it
+# is left; under a contact that is known no tip is so blunt
+UNLIKE = 2.0
 SQRT_HALF_PI = math.sqrt(math.pi / 2.0)  # a Gaussian's standard deviation over its mean absolute value
 
 
@@ -40,6 +46,7 @@ class HeightTracker:
         self._reference = Reference(reference)
         self._kernel = kernel
         self._noise: list[float] = []
+        self._spectrum: NoiseSpectrum | None = None
         self._quiet = 0.0
         self._place: tuple[int, int] | None = None
         self._step = 0.0
@@ -55,7 +62,8 @@ class HeightTracker:
         learning = not self._reference.complete
         if learning:
             self._reference.learn(depth)
-        rise, known = self._reference.rise(depth)
+        raw, known = self._reference.difference(depth)
+        rise = np.where(known, median(raw, known), np.float32(0))
         mean, trusted = smoothed_rise(rise, known, self._kernel)
         highest = np.unravel_index(int(np.argmax(np.where(trusted, mean, -np.inf))), mean.shape)
         v, u = int(highest[0]), int(highest[1])
@@ -63,12 +71,16 @@ class HeightTracker:
             self._learn_noise(depth, mean, known & trusted)
             self._quiet = max(self._quiet, float(mean[v, u]))
             self._step = self._step or _step(depth)
+            if self._reference.complete and self._reference.learned > 1:
+                self._spectrum = _spectrum(raw, known, self._reference.learned)
         sd = float(np.median(self._noise))
         clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
         self._place = (v, u)
-        found = self._top(rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
+        found = (
+            self._top(raw if self._spectrum else rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
+        )
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 
@@ -93,11 +105,24 @@ class HeightTracker:
         v, u = np.nonzero(known[window] & (mean[window] > TOP * mean[at]))
         # Lateral pixels count as metres here: a height does not depend on the lateral unit.
         cloud = np.column_stack([u, v, rise[window][v, u]]).astype(np.float64)
+        wide = rise.shape[1]
         try:
-            top = top_of_points(cloud)
+            top = top_of_pixels(cloud, (v + v0) * wide + u + u0, wide, self._spectrum, UNLIKE)
         except NoAnswer:
             return Estimate(float(mean[at]), sd)
+        # Noise chose the place, and raises it.
         return Estimate(top.value, float(np.hypot(top.sd, sd)))
+
+
+def _spectrum(rise: Image, known: MaskArray, count: int) -> NoiseSpectrum:
+    """Return the noise of rises above the mean of `count` frames, from that of the last of them (h, w), m, where nothing is touched."""
+    valid = known & ~flying_pixels(rise, known, 0.0)
+    flat = Cleaned(rise, known, valid, np.empty((0, 0, 3)), np.s_[:, :], rise.shape, 1.0, 0.0, 1)
+    noise = noise_spectrum(flat)
+    # The mean holds a share of the last frame's noise, and none of a later one's.
+    more = (count + 1) / (count - 1)
+    lines = Stripes(more * noise.stripes.rows, more * noise.stripes.columns)
+    return NoiseSpectrum(more * noise.variances, noise.lengths, lines)
 
 
 def _step(depth: FloatArray | DepthFrame) -> float:
