@@ -81,6 +81,8 @@ NOISES = {
     "bench, 8 frames": Noise(0.018e-3, ((0.19e-3, 3.0),), 0.125e-3 / 16),
     "SR305": Noise(0.02e-3, ((0.05e-3, 1.1),)),
     "white 0.3 and 0.15, 8 px": Noise(0.3e-3, ((0.15e-3, 8.0),)),
+    "white 0.6, counts of 1": Noise(0.6e-3, unit=1e-3),
+    "shared 0.4, 3 px, of 1": Noise(0.05e-3, ((0.4e-3, 3.0),), 1e-3),
     "white 0.1, columns 0.2": Noise(0.1e-3, columns=0.2e-3),
     "white 0.1, rows 0.3": Noise(0.1e-3, rows=0.3e-3),
     "white 0.1, both 0.2": Noise(0.1e-3, rows=0.2e-3, columns=0.2e-3),
