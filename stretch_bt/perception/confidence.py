@@ -13,6 +13,7 @@ from stretch_bt.perception.regions import Box, border, bounds, distance
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.smooth import slope
 from stretch_bt.perception.surface import Surface
+from stretch_bt.perception.tension import LEAST_PULL
 from stretch_bt.units import Estimate
 
 __all__ = ["confidence_of"]
@@ -24,13 +25,15 @@ Image = npt.NDArray[np.float32]
 # flat cylinders and cones, as part of the skirt of a slack sheet passes for contact.
 SMEARED = 1.4
 TAUT, UNKNOWN, SLACK = (0.0, 0.35), (0.4, 1.0), (2.0, 1.6)
-LEAST_RATIO = 6.0  # of the tensions along and across, from which a sheet is taut; it is 9 and more at a stretch of 5 mm, and 4 at 0
+LEAST_RATIO = 6.0  # of the tensions, from which a sheet of unknown stretch is pulled; it is 9 and more at 5 mm, and at most 4 at 0
 UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
 
-def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, ratio: Estimate | None) -> Image:
-    """Return the probability that the label of each bin is right, with the ratio of the tensions where it is known.
+def confidence_of(
+    surface: Surface, patches: Sequence[Patch], rise: Image, ratio: Estimate | None, stretch: float | None
+) -> Image:
+    """Return the probability that the label of each bin is right, with the ratio of the tensions and the stretch, m, where they are known.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by some
     kernel widths; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
@@ -41,7 +44,7 @@ def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, ratio
     from stretch_bt.perception.classes_kernel import fill_confidence
 
     signed, sure = np.full(rise.shape, -SURE, dtype=np.float32), np.empty(rise.shape, dtype=np.float32)
-    edge = UNKNOWN if ratio is None else SLACK if ratio.value < LEAST_RATIO else TAUT
+    edge = _edge(ratio, stretch)
     held = np.zeros(rise.shape, dtype=bool)
     for patch in patches:
         window, near = _signed(patch, *edge)
@@ -50,6 +53,14 @@ def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, ratio
         held[place] |= patch.mask[window]
     fill_confidence(signed, held, rise, max(surface.smooth_sd, 1e-9), sure)
     return sure if patches else np.where(rise > 0.0, np.float32(UNDECIDED), sure)
+
+
+def _edge(ratio: Estimate | None, stretch: float | None) -> tuple[float, float]:
+    """Return how far the edge of a contact lies within what is labelled, kernel widths, and the deviation of that between shapes."""
+    if stretch is not None and stretch < LEAST_PULL:
+        return SLACK
+    pulled = ratio is not None and (stretch is not None or ratio.value >= LEAST_RATIO)
+    return TAUT if pulled else UNKNOWN
 
 
 def _signed(patch: Patch, out: float, model: float) -> tuple[Box, Image]:

@@ -10,19 +10,17 @@ from stretch_bt.perception.types import FloatArray
 
 __all__ = ["check_evened", "count_of", "even_out"]
 
-SOME = 2000  # depths, among which some are neighbours in counts
+MOST = 2e-3  # m, of a count
 COARSE = 0.3e-3  # m, of a count, from which slopes of a membrane look like terraces, and most pixels of a face like one height
-#: parts of a count that the noise must come to, drawn numbers included, for terraces not to show: where it is alike over less than SHARED
-#: pixels, and where over more, of which a part passes for slopes; 0.43 and 0.35 counts of the camera's own
+#: parts of a count that noise must show, drawn numbers included, for terraces not to: where it is alike over less than SHARED pixels, and
+#: where over more, a part of which passes for slopes; the camera's own is 0.47 counts then, and some 0.35
 ENOUGH, ENOUGH_SHARED, SHARED = 0.62, 0.31, 18.0
 
 
 def count_of(frame: DepthFrame) -> float:
-    """Return the least step between depths of a frame, m, which may be many units, as of a frame that was averaged with itself."""
-    raw = frame.raw.reshape(-1)
-    seen = np.unique(raw[:: max(1, raw.size // SOME)])
-    seen = seen[seen > 0]
-    return float(np.diff(seen).min()) * frame.unit if seen.size > 1 else frame.unit
+    """Return the step in which all depths of a frame come, m, which may be many units, as of a frame that was averaged with itself."""
+    step = float(np.gcd.reduce(frame.raw.reshape(-1))) * frame.unit
+    return step if step <= MOST else frame.unit  # all pixels may lie in a few counts that have a divisor by chance
 
 
 def even_out(points: FloatArray, count: float, number: int) -> None:
@@ -32,7 +30,7 @@ def even_out(points: FloatArray, count: float, number: int) -> None:
     heights about it are (Schuchman, Dither Signals and Their Effect on Quantization Noise, 1964); frames of a `number` have the same.
     """
     if count > COARSE:
-        drawn = np.random.default_rng(number).random(points.shape[:2], dtype=np.float32)
+        drawn = np.random.default_rng(number % 2**32).random(points.shape[:2], dtype=np.float32)
         points[..., 2] += (drawn - np.float32(0.5)) * np.float32(count)
 
 

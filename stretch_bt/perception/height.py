@@ -198,8 +198,7 @@ def top_of_points(points: FloatArray) -> Estimate:
     check_array("points", points)
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InvalidInput(f"contact points are real numbers of shape (n, 3), m, got {points.dtype} {points.shape}")
-    some = _some(np.arange(len(points)))
-    return top_of_pixels(points[some], some, 1, None)
+    return top_of_pixels(points, np.arange(len(points)), 1, None)
 
 
 def top_of_pixels(
@@ -209,7 +208,8 @@ def top_of_pixels(
 
     Its deviation counts `unlike` times by how much a disc half as wide tells another height.
     """
-    seen = _points(points, places, wide, noise)
+    some = _some(np.arange(len(points)))
+    seen = _points(points[some], places[some], wide, noise)
     return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), unlike=unlike).height
 
 

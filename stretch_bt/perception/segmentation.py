@@ -23,7 +23,6 @@ from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
-from stretch_bt.perception.stripes import NO_STRIPES
 from stretch_bt.perception.surface import Cleaned, binned_surface, check_points, clean
 from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
@@ -107,7 +106,7 @@ def classify(
     if cleaned is None:
         labels = np.where(valid, UNDEFORMED, INVALID).astype(np.uint8)
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
-    return _result(cleaned, *_best_scale(cleaned, rule, expected_ratio(stretch)))
+    return _result(cleaned, *_best_scale(cleaned, rule, expected_ratio(stretch)), stretch)
 
 
 def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale, list[Patch]]:
@@ -200,13 +199,13 @@ def _hold(held: MaskArray, ground: Ground, patch: Patch) -> None:
     held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
 
 
-def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
+def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch], stretch: float | None) -> Segmentation:
     """Return the labels of the whole image."""
     from stretch_bt.perception.classes_kernel import fill_classes
 
     ground, step = scale.ground, scale.ground.whole.step
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
-    sure = confidence_of(ground.whole, patches, rise, scale.ratio)
+    sure = confidence_of(ground.whole, patches, rise, scale.ratio, stretch)
     touching = np.zeros(cleaned.valid.shape, dtype=bool)
     for patch in patches:
         _draw(touching, patch)
@@ -215,7 +214,7 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
     fill_classes(grown(rise, step), grown(sure, step), touching, cleaned.valid, *cleaned.corner, labels, confidence)
     plane = ground.plane + ground.whole.level
     area = area_of(ground.whole.length)
-    noise = ground.whole.noise if cleaned.stripes == NO_STRIPES else math.hypot(ground.whole.noise, cleaned.stripes.sd)
+    noise = math.hypot(ground.whole.noise, cleaned.stripes.sd)
     return Segmentation(labels, confidence, noise, plane, scale.ratio, area)
 
 

@@ -56,8 +56,7 @@ class Stripes:
         total = np.zeros((len(design), len(design)))
         for variance, lines in ((self.rows, rows), (self.columns, columns)):
             if variance > 0.0:
-                first = lines - lines.min()
-                sums = np.stack([np.bincount(first, weights) for weights in design])
+                sums = np.stack([np.bincount(lines, weights) for weights in design])
                 total += variance * (sums @ sums.T)
         return total
 

@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
 from stretch_bt.units import Estimate, is_number
 
-__all__ = ["PRIOR", "check_stretch", "combine", "expected_ratio", "tension_ratio"]
+__all__ = ["LEAST_PULL", "PRIOR", "check_stretch", "combine", "expected_ratio", "tension_ratio"]
 
 Array = npt.NDArray[np.floating[Any]]
 

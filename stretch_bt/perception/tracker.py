@@ -78,9 +78,12 @@ class HeightTracker:
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
         self._place = (v, u)
-        found = (
-            self._top(raw if self._spectrum else rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
-        )
+        if not clear:
+            found = Estimate(float(mean[at]), sd)
+        elif self._spectrum is None:
+            found = self._top(rise, known, mean, at, sd)
+        else:  # no median has smoothed what is read, or taken pixels out of it that lie anywhere
+            found = self._top(raw, known & ~flying_pixels(raw, known, 0.0), mean, at, sd)
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 

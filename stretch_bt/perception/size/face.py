@@ -16,9 +16,9 @@ __all__ = ["check_flat", "maybe_wider"]
 
 FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
 ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
-#: cells of a face from which it is one: balls on a hardly stretched membrane leave a circle 0 to 2 and other outlines up to 7, flat tops
-#: of 8 mm 5 to 10 and 9 or more
-SEEN, SEEN_OF_OTHERS = 3, 8
+#: m^2 of a face from which it is one: balls on a hardly stretched membrane leave a circle up to 3e-6 and other outlines up to 10e-6, flat
+#: tops of 8 mm 7e-6 and 13e-6 or more
+SEEN, SEEN_OF_OTHERS = 4e-6, 11e-6
 MAYBE = 0.5  # share by which a face that is hardly seen may be as wide as what is labelled
 
 
@@ -43,7 +43,8 @@ def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> floa
         The outline is no circle, as that of a small face is when it is that of a ball.
     """
     round_ = shape.name == "circle"
-    if np.count_nonzero(_within(shape, fit, cells)[2]) >= (SEEN if round_ else SEEN_OF_OTHERS):
+    face = np.count_nonzero(_within(shape, fit, cells)[2]) * cells.pitch**2
+    if face >= (SEEN if round_ else SEEN_OF_OTHERS):
         return 0.0
     if not round_:
         raise IllConditioned(

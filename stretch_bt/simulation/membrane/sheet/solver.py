@@ -71,7 +71,7 @@ def _attempts(work: _Work, start: SheetPress | None) -> SheetPress:
         if start is not None:
             return _attempts(work, None)
         if work.layout.scale < _FINE:
-            with suppress(NoEquilibrium):
+            with suppress(NoEquilibrium):  # none is provably there: that was raised above
                 return work.from_coarser()
         return reach(work.part, failure)
 
@@ -157,7 +157,9 @@ class _Work(_Account):
 
     def from_coarser(self) -> SheetPress:
         """Solve from the press on a mesh twice as coarse, to which Newton finds the way where it folds a fine one over."""
-        coarser = replace(self.settings, mesh=None, coarsen=2 * self.layout.scale, exact=False, corrected=False)
+        coarser = replace(
+            self.settings, mesh=None, coarsen=max(2 * self.layout.scale, 1.0), exact=False, corrected=False
+        )
         return self.warm(self._on(self.load, coarser, None))
 
     def part(self, share: float, start: SheetPress | None) -> SheetPress:
