@@ -216,7 +216,7 @@ def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArra
     if np.count_nonzero(whole) < LEAST:
         return None
     whole &= _is_noise(rest, whole)
-    if cleaned.stripes != NO_STRIPES:
+    if cleaned.stripes != NO_STRIPES and np.count_nonzero(whole) >= LEAST:
         rest = without_lines(rest, whole, cleaned.stripes)
         whole &= _is_noise(rest, whole)
     rest = np.where(whole, rest, np.float32(0))

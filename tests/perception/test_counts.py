@@ -7,7 +7,8 @@ from height_noise import NOISES, height, seen, surface_of
 from stretch_bt.accuracy.perception.noise import Noise, observe
 from stretch_bt.accuracy.perception.view import Press
 from stretch_bt.accuracy.perception.view import seen as pressed
-from stretch_bt.errors import IllConditioned
+from stretch_bt.errors import IllConditioned, NoContact
+from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import find_contact
 from stretch_bt.perception.deprojection import points_of
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -51,6 +52,20 @@ def test_fine_counts_are_left_as_they_are(quantum):
     kept = np.isfinite(surface)
     assert kept.sum() > 0.9 * np.isfinite(points).sum()
     np.testing.assert_array_equal(surface[kept], points[kept])
+
+
+@pytest.mark.parametrize("beside", ["flying pixels", "table"])
+def test_a_quiet_frame_is_not_taken_for_coarse_counts(beside):
+    """All of a flat membrane may lie in one count, and the next depth that is seen be that of a table."""
+    random = np.random.default_rng(0)
+    depth = 0.2 + 0.015e-3 * random.standard_normal((240, 200))
+    if beside == "table":
+        depth[:, :10] = 0.28
+    else:
+        depth[random.random(depth.shape) < 0.005] += 0.01
+    camera = Intrinsics(476.0, 476.0, 100.0, 120.0, 200, 240)
+    with pytest.raises(NoContact):
+        find_contact(DepthFrame.from_array(depth, camera, unit=0.125e-3, plane_distance=0.2))
 
 
 def test_a_frame_looks_the_same_each_time():

@@ -41,6 +41,18 @@ def test_a_tracked_height_is_off_by_what_it_states_where_pixels_share_noise(surf
     assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.4
 
 
+@pytest.mark.parametrize("share", [0.001, 0.01])
+def test_pixels_that_lie_anywhere_neither_move_nor_widen_a_tracked_height(surfaces, share):
+    lens, rng = surfaces.camera(*SIZE, focal=300.0), np.random.default_rng(0)
+    images = [np.full(SIZE, 0.2)] * 5 + [surfaces.render(surfaces.disc_press(8e-3, 5e-3), lens)]
+    tracker = HeightTracker()
+    for image in images:
+        frame = surfaces.noisy(image, 0.1e-3, rng)
+        found = tracker.update(np.where(rng.random(SIZE) < share, frame + rng.uniform(-0.02, 0.02, SIZE), frame))
+    assert found.value == pytest.approx(5e-3, abs=3 * found.sd)
+    assert found.sd < 0.02e-3
+
+
 def test_frames_that_are_alike_to_the_last_count_still_leave_half_a_count_open():
     step, tracker = 0.125e-3, HeightTracker()
     depth = (0.2 + step * (np.indices(SIZE)[1] // 40)).astype(np.float32)
