@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from fuzz_frames import drawn
+from fuzz_frames import lens as lens_of
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from stretch_bt.accuracy.perception import analytic
-from stretch_bt.errors import NoContact
+from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception import find_contact, track_height
+from stretch_bt.perception import deproject, find_contact, segment, track_height
 from stretch_bt.perception.stripes import Stripes, stripes_of, without_lines
 
 SHAPE, DISTANCE, UNIT = (240, 200), 0.2, 0.125e-3
@@ -113,3 +115,11 @@ def test_a_contact_is_found_under_rows_of_noise_and_a_flat_sheet_shows_none():
         assert abs(top.value - 3e-3) < 4 * top.sd < 0.8e-3
         with pytest.raises(NoContact):
             find_contact(frame(flat, added))
+
+
+@pytest.mark.parametrize("number", [53, 245])
+def test_steps_that_are_alike_along_lines_and_leave_no_noise_are_refused(number):
+    """What was left of such a frame was no pixel, of which no median is."""
+    made = drawn(number, 0)
+    with pytest.raises(IllConditioned, match="steps and edges of a room"):
+        segment(*deproject(made.raw * np.float32(made.unit), lens_of(made.raw.shape)))
