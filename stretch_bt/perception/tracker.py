@@ -79,13 +79,21 @@ class HeightTracker:
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
         self._place = (v, u)
         if not clear:
-            found = Estimate(float(mean[at]), sd)
+            found = Estimate(float(mean[at]), math.hypot(sd, self._hidden(float(mean[v, u]), float(mean[at]))))
         elif self._spectrum is None:
             found = self._top(rise, known, mean, at, sd)
         else:  # no median has smoothed what is read, or taken pixels out of it that lie anywhere
             found = self._top(raw, known & ~flying_pixels(raw, known, 0.0), mean, at, sd)
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
+
+    def _hidden(self, highest: float, read: float) -> float:
+        """Return by how much a height, m, is unsure as the highest place may be a press that does not stand out yet.
+
+        It surely is one at half as much again as quiet frames reach, and none up to what they do.
+        """
+        share = min(max(highest / self._quiet - 1.0, 0.0) / 0.5, 1.0) if self._quiet > 0.0 else 0.0
+        return share * max(highest - read, 0.0)
 
     def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: MaskArray) -> None:
         """Note the noise of a smoothed value: as white noise from the first frame, then as the frames differ."""
