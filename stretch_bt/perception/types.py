@@ -98,7 +98,7 @@ class Contact(BriefRepr):
     time : float, s
         Of the frame, on the device's clock.
     surface : (h, w, 3) float, m, membrane frame
-        The point of each pixel, NaN where its label is 255.
+        The point of each pixel, NaN where its label is 255; of a camera that counts depth coarsely with what was drawn to even it out.
     confidence : (h, w) float32
         Probability that each label is right, 0 where it is invalid.
     pose : Pose or None
