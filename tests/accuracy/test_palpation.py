@@ -28,6 +28,7 @@ def rows():
         return list(measure(["palpation"]))
 
 
+@pytest.mark.slow
 def test_each_run_has_its_errors_and_the_time_of_the_robot(rows):
     found = [row for row in rows if row.status == "ok"]
     assert [(str(row.setting), row.error_kind) for row in found] == [
@@ -48,6 +49,7 @@ def test_an_interrupted_run_ends_the_measurement(monkeypatch):
         next(settings.jobs()).run()
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_says_why(rows):
     row = rows[-1]
     assert (str(row.setting), row.error) == ("palpate_stiffness without force: least", None)

@@ -183,6 +183,10 @@ CASES: tuple[Hard, ...] = (
             for stretch in (0.0, 0.03, 0.08)
             for travel in (1e-4, 0.005, 0.015)
         },
+        costly=(
+            "a soft ball, sheet, stretched by 0 mm, 0.1 mm down",
+            "a soft ball, sheet, stretched by 0 mm, 15 mm down",
+        ),
     ),
     *group(
         "what a fidelity has no answer to must be refused, and leave what was known",
