@@ -202,15 +202,15 @@ def top_of_points(points: FloatArray) -> Estimate:
 
 
 def top_of_pixels(
-    points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None, unlike: float = 1.0
+    points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None, by_half: float = 1.0
 ) -> Estimate:
     """Do as `top_of_points` with points (n, 3), m, of the pixels (n,) of an image `wide` pixels wide, and its noise where that is known.
 
-    Its deviation counts `unlike` times by how much a disc half as wide tells another height.
+    Its deviation counts `by_half` times by how much a disc half as wide tells another height.
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], places[some], wide, noise)
-    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), unlike=unlike).height
+    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), by_half=by_half).height
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -245,7 +245,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     return found
 
 
-def _best(points: Points, known: Estimate | None = None, unlike: float = 1.0) -> _Top:
+def _best(points: Points, known: Estimate | None = None, by_half: float = 1.0) -> _Top:
     """Return the top from a disc that the membrane's bend at the rim leaves alone."""
     cloud = points.cloud
     middle, away, radius = disc_of(cloud)
@@ -262,7 +262,7 @@ def _best(points: Points, known: Estimate | None = None, unlike: float = 1.0) ->
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        unlike *= _unlike_half(found, near, middle, radius, known)
+        unlike = by_half * _unlike_half(found, near, middle, radius, known)
         return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), True)
     top, flat = Top(near, middle, even=True), _flat(near)
     return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)

@@ -227,21 +227,22 @@ def _ellipse(ratio: float) -> Image:
 
 
 @lru_cache(maxsize=len(RATIOS))
-def _of_lines(ratio: float) -> list[tuple[float, float]]:
+def _of_lines(ratio: float) -> tuple[tuple[float, float], ...]:
     """Return the variances, after each of MEANS, of what an ellipse leaves of rows and of columns of pixels, each of variance 1."""
     found = []
     for kernel in _kernels(ratio):
         across_rows, across_columns = kernel.sum(axis=1), kernel.sum(axis=0)
         found.append((float(across_rows @ across_rows) / STEP, float(across_columns @ across_columns) / STEP))
-    return found
+    return tuple(found)
 
 
-def _kernels(ratio: float) -> list[Array]:
+@lru_cache(maxsize=len(RATIOS))
+def _kernels(ratio: float) -> tuple[Array, ...]:
     """Return, after each of MEANS, what an ellipse leaves of a bin."""
     left = -_ellipse(ratio).astype(np.float64)
     left[left.shape[0] // 2, left.shape[1] // 2] += 1.0
     lines = (gaussian(mean, 0) for mean in MEANS)
-    return [_whole(left, np.outer(line, line)) for line in lines]
+    return tuple(_whole(left, np.outer(line, line)) for line in lines)
 
 
 @lru_cache(maxsize=len(RATIOS))

@@ -18,7 +18,7 @@ from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import is_number
 
-__all__ = ["Reference", "check_kernel", "coarse_rise", "smoothed_rise"]
+__all__ = ["Reference", "calmed", "check_kernel", "coarse_rise", "smoothed_rise"]
 
 Image = npt.NDArray[np.float32]
 
@@ -80,7 +80,7 @@ class Reference:
     def rise(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
         """Do as `difference`, with the median around each pixel, so that single flying ones vanish."""
         rise, known = self.difference(depth, window)
-        return np.where(known, median(rise, known), np.float32(0)), known
+        return calmed(rise, known), known
 
     def difference(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
         """Return how far each pixel is nearer than the reference (h, w), m, 0 where unknown, and where both are valid.
@@ -103,6 +103,11 @@ class Reference:
                 " sees the membrane"
             )
         return np.where(known, self._mean[window] - image, 0.0).astype(np.float32), known
+
+
+def calmed(rise: Image, known: MaskArray) -> Image:
+    """Return the median around each pixel (h, w), m, 0 where unknown."""
+    return np.where(known, median(rise, known), np.float32(0))
 
 
 def smoothed_rise(rise: Image, known: MaskArray, kernel: float) -> tuple[Image, MaskArray]:

@@ -13,7 +13,7 @@ from stretch_bt.perception.clean import flying_pixels, median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_pixels
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
-from stretch_bt.perception.reference import Reference, check_kernel, smoothed_rise
+from stretch_bt.perception.reference import Reference, calmed, check_kernel, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.stripes import Stripes
@@ -29,7 +29,7 @@ CLEAR = 6.0  # standard deviations above which the highest place is the press an
 TOP = 0.85  # share of the smoothed height that its surroundings keep within the top
 # times by which a quadratic over half the disc tells another height: over a tip its error goes with the width of the disc, and half of it
 # is left; under a contact that is known no tip is so blunt
-UNLIKE = 2.0
+BY_HALF = 2.0
 SQRT_HALF_PI = math.sqrt(math.pi / 2.0)  # a Gaussian's standard deviation over its mean absolute value
 
 
@@ -63,7 +63,7 @@ class HeightTracker:
         if learning:
             self._reference.learn(depth)
         raw, known = self._reference.difference(depth)
-        rise = np.where(known, median(raw, known), np.float32(0))
+        rise = calmed(raw, known)
         mean, trusted = smoothed_rise(rise, known, self._kernel)
         highest = np.unravel_index(int(np.argmax(np.where(trusted, mean, -np.inf))), mean.shape)
         v, u = int(highest[0]), int(highest[1])
@@ -118,7 +118,7 @@ class HeightTracker:
         cloud = np.column_stack([u, v, rise[window][v, u]]).astype(np.float64)
         wide = rise.shape[1]
         try:
-            top = top_of_pixels(cloud, (v + v0) * wide + u + u0, wide, self._spectrum, UNLIKE)
+            top = top_of_pixels(cloud, (v + v0) * wide + u + u0, wide, self._spectrum, BY_HALF)
         except NoAnswer:
             return Estimate(float(mean[at]), sd)
         # Noise chose the place, and raises it.

@@ -152,15 +152,16 @@ class _Work(_Account):
         """Solve from the flat sheet; a slack one, which takes many iterations, on a coarse mesh first."""
         if not self.layout.slack or self.layout.scale > _COARSE / 2:
             return self._from_flat()
-        coarse = replace(self.settings, mesh=None, coarsen=_COARSE, exact=False, corrected=False)
-        return self.warm(self._on(self.load, coarse, None))
+        return self._by_way_of(_COARSE)
 
     def from_coarser(self) -> SheetPress:
         """Solve from the press on a mesh twice as coarse, to which Newton finds the way where it folds a fine one over."""
-        coarser = replace(
-            self.settings, mesh=None, coarsen=max(2 * self.layout.scale, 1.0), exact=False, corrected=False
-        )
-        return self.warm(self._on(self.load, coarser, None))
+        return self._by_way_of(max(2 * self.layout.scale, 1.0))
+
+    def _by_way_of(self, coarsen: float) -> SheetPress:
+        """Solve from the press on a coarser mesh, which is solved cold."""
+        coarse = replace(self.settings, mesh=None, coarsen=coarsen, exact=False, corrected=False)
+        return self.warm(self._on(self.load, coarse, None))
 
     def part(self, share: float, start: SheetPress | None) -> SheetPress:
         """Solve at a share of the depth from a shallower press, or cold, with what is left of the budget."""
