@@ -302,15 +302,16 @@ def _inner(rows: int) -> npt.NDArray[np.bool_]:
 
 def viewed(x: Array, y: Array, z: Array) -> Array:
     """Return the depth (h, w), m, along the axis of the camera, of heights (n, m) over places y, x; 0 beside them."""
-    from scipy.interpolate import RectBivariateSpline
+    from scipy.ndimage import map_coordinates, spline_filter
 
-    spline = RectBivariateSpline(y, x, z)
+    spline = spline_filter(z, mode="mirror")
     v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
     across, along = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
     height = np.zeros(u.shape)
     for _ in range(12):
         deep = DISTANCE - height
-        height = 0.5 * height + 0.5 * spline.ev(along * deep, across * deep)
+        places = [(along * deep - y[0]) / PITCH, (across * deep - x[0]) / PITCH]
+        height = 0.5 * height + 0.5 * map_coordinates(spline, places, prefilter=False, mode="nearest")
     deep = DISTANCE - height
     return np.where((np.abs(across * deep) < WIDE) & (np.abs(along * deep) < LONG), deep, 0.0)
 

@@ -14,11 +14,14 @@ import pytest
 from hypothesis import settings
 from lateness import Lateness
 
+from stretch_bt.cli.start import COLLECTED
 from stretch_bt.threads import ONE_THREAD
 
 os.environ.update(
     ONE_THREAD
 )  # before numpy is loaded: more threads wait for each other, and take the cores from the other tests
+
+gc.set_threshold(*COLLECTED)  # as the command has it
 
 # where a shell forbids bytecode, each of the hundreds of processes that tests start would compile all that it imports
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):

@@ -243,7 +243,7 @@ def test_a_declared_output_that_is_not_written_is_told(own):
 
 
 def test_a_mock_stands_in_for_it_and_nothing_is_paced(own, tmp_path):
-    mocks = {"mocks": [{"match": "main/notes", "status": "success", "after": "60 s"}]}
+    mocks = {"mocks": [{"match": "main/notes", "status": "success", "after": "15 s"}]}
     tree = own.write("own.Notes")
     before = time.monotonic()
     result = run(tree, mocks={"format": "stretch-mocks/1", **mocks}, out=tmp_path / "mocked")

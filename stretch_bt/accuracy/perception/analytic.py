@@ -27,6 +27,7 @@ Profile = Callable[[Any], Any]
 
 PLANE_DISTANCE = 0.2
 OUTER = 47e-3
+STEPS, CLOSE = 60, 1e-13  # CLOSE: m
 
 
 def camera(height: int = 213, width: int = 333, focal: float = 476.0) -> Intrinsics:
@@ -55,16 +56,28 @@ def disc_press(radius: float, depth: float) -> Profile:
 
 
 def render(profile: Profile, intrinsics: Intrinsics, x0: float = 0.0, y0: float = 0.0) -> Array:
-    """Return the depth image (h, w), m, of a profile about the axis (x0, y0), by bisection along each ray."""
+    """Return the depth image (h, w), m, of a profile about the axis (x0, y0): where each ray meets it, by the Illinois method."""
     x = ((np.arange(intrinsics.width) - intrinsics.cx) / intrinsics.fx)[None, :]
     y = ((np.arange(intrinsics.height) - intrinsics.cy) / intrinsics.fy)[:, None]
-    low = np.full((intrinsics.height, intrinsics.width), 0.5 * PLANE_DISTANCE)
-    high = np.full_like(low, PLANE_DISTANCE + 1e-6)
-    for _ in range(45):
-        middle = 0.5 * (low + high)
-        short = middle < PLANE_DISTANCE - profile(np.hypot(middle * x - x0, middle * y - y0))
-        low, high = np.where(short, middle, low), np.where(short, high, middle)
-    return 0.5 * (low + high)
+
+    def behind(depth: Array) -> Array:
+        return np.asarray(depth - PLANE_DISTANCE + profile(np.hypot(depth * x - x0, depth * y - y0)))
+
+    near = np.full((intrinsics.height, intrinsics.width), 0.5 * PLANE_DISTANCE)
+    far = np.full_like(near, PLANE_DISTANCE + 1e-6)
+    by_near, by_far, depth, last = behind(near), behind(far), far, np.zeros(near.shape)
+    for _ in range(STEPS):
+        depth = (near * by_far - far * by_near) / (by_far - by_near)
+        left = behind(depth)
+        if np.abs(left).max() < CLOSE:
+            break
+        # an end that stays for two steps counts by half, so that it moves as well
+        short = left < 0.0
+        by_far = np.where(short, by_far * np.where(last < 0.0, 0.5, 1.0), left)
+        by_near = np.where(short, left, by_near * np.where(last > 0.0, 0.5, 1.0))
+        near, far = np.where(short, depth, near), np.where(short, far, depth)
+        last = np.where(short, -1.0, 1.0)
+    return depth
 
 
 def distance_from_axis(depth: Array, intrinsics: Intrinsics) -> Array:
