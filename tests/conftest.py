@@ -35,7 +35,7 @@ if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # how fast a machine is, is no property of the code; the same examples each time: `--hypothesis-profile search` looks for others
-settings.register_profile("shared", deadline=None, derandomize=True)
+settings.register_profile("shared", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("search", deadline=None)
 settings.load_profile("shared")
 
@@ -148,12 +148,28 @@ def pytest_xdist_auto_num_workers():
 
 
 def pytest_xdist_setupnodes():
-    """Compile the kernels, a share on each core: the processes would each compile all of them at once."""
-    modules = sorted(path.with_suffix("").relative_to(_ROOT) for path in (_ROOT / "stretch_bt").rglob("*_kernel.py"))
-    names, cores = [".".join(module.parts) for module in modules], os.cpu_count() or 1
-    shares = [f"import {', '.join(names[core::cores])}" for core in range(cores)]
-    for compiling in [subprocess.Popen([sys.executable, "-c", share], cwd=_ROOT) for share in shares]:
-        compiling.wait()
+    """Compile kernels and tests, a share on each core: the processes would each compile all of them at once."""
+    kernels = sorted((_ROOT / "stretch_bt").rglob("*_kernel.py"))
+    names = [".".join(path.relative_to(_ROOT).with_suffix("").parts) for path in kernels]
+    _on_each_core(["-c"], lambda share: [f"import {', '.join(share)}"], names)
+    new = sorted(str(path) for path in _FOLDER.rglob("test_*.py") if not _rewritten(path))
+    _on_each_core(["-m", "pytest", "-n0", "--collect-only", "-qq"], list, new)
+
+
+def _rewritten(path):
+    """Return whether pytest has compiled a file of tests before; it looks itself whether that is older than the file."""
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.*-pytest-*.pyc"))
+
+
+def _on_each_core(command, words, items):
+    """Run a Python command on each core, each with a share of some items."""
+    cores = os.cpu_count() or 1
+    shares = [share for core in range(cores) if (share := items[core::cores])]
+    for begun in [
+        subprocess.Popen([sys.executable, *command, *words(share)], cwd=_ROOT, stdout=subprocess.DEVNULL)
+        for share in shares
+    ]:
+        begun.wait()
 
 
 def pytest_xdist_make_scheduler(config, log):

@@ -61,8 +61,17 @@ class Marks(Behavior):
 '''
 
 
-@pytest.mark.parametrize("stage", ["import", "prepare", "initialise", "update", "terminate"])
-@pytest.mark.parametrize("child", ["pass", "raise ValueError", pytest.param("sys.exit(3)", marks=pytest.mark.slow)])
+STAGES, ENDS = ("import", "prepare", "initialise", "update", "terminate"), ("pass", "raise ValueError", "sys.exit(3)")
+
+
+@pytest.mark.parametrize(
+    ("stage", "child"),
+    [
+        pytest.param(stage, child, marks=[pytest.mark.slow] * (ENDS.index(child) != n % 2))
+        for n, stage in enumerate(STAGES)
+        for child in ENDS
+    ],
+)
 def test_a_forked_child_leaves_the_run_to_the_process_that_began_it(tmp_path, stage, child):
     (tmp_path / "tree.yaml").write_text(TREE)
     (tmp_path / "own.py").write_text(OWN)

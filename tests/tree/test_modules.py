@@ -313,7 +313,7 @@ CLASSES = {
 }
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "pkg.near.Own")) for n in CLASSES])
 def test_of_the_name_of_a_class_only_its_modules_are_executed(folders, name):
     trees, elsewhere = folders
     for file in ("__init__", "near", "far"):
