@@ -148,6 +148,22 @@ def add_bends(q: Any, fall: Any, place: Any, height: Any) -> None:
         height[i] = h + once * (square * c) + aside * (square * s) + steeper * (square * tau[i])
 
 
+@kernel("void(float64[::1],float64[::1],float64[::1],float64[::1])")
+def add_lift(q: Any, x: Any, y: Any, height: Any) -> None:
+    """Add to the height (n,) by how much a sheet that bends is above one that does not, from just within the rim on.
+
+    It leaves the ball a bending length before the rim, where it has the ball's curvature still, which falls as exp(-t) from there.
+    """
+    a, b, wide = math.exp(q[4]), math.exp(q[5]), abs(q[16]) + 1e-9
+    rim, size = math.sqrt(a * b), 2.0 * q[15] * q[3] * q[16] * q[16]
+    for i in range(x.size):
+        share_x, share_y = (x[i] - q[6]) / a, (y[i] - q[7]) / b
+        t = (math.sqrt(share_x * share_x + share_y * share_y) - 1.0) * rim / wide + 1.0
+        if t > 0.0:
+            left = math.exp(-t)
+            height[i] += size * (0.5 - left + (0.5 * (1.0 - t) * (1.0 - t) if t < 1.0 else 0.0))
+
+
 @kernel("float64(int64,float64[::1],float64[::1],float64[::1],float64[:,::1],float64[::1])")
 def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any:
     """Fill the height (n,) of a membrane over a body at places (n,) with their coordinates; return by how much the skirt falls at first."""
@@ -179,6 +195,8 @@ def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any
     for i in range(x.size):
         if grown[i] == 0.0:
             height[i] = top_at(kind, q, x[i], y[i])[0]
+    if kind == SPHERE:
+        add_lift(q, x, y, height)
     return fall
 
 

@@ -20,6 +20,9 @@ RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pull
 # How far the skirt of a stretched sheet departs from that of constant tensions, over its fall from the rim, for every tau^2:
 # alike around, twice around (even and odd), once around, and alike around as tau^3. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
 BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
+# A sheet that bends leaves a ball a bending length, sqrt(D / T), before one that does not, and is higher from there on, by LIFT times what the plate
+# equation gives: its mean and deviation, so that one that hardly bends is covered, and those of the length, m, for 2 mm of silicone.
+LIFT, LENGTH = (0.6, 0.4), (1.8e-3, 0.4e-3)
 FLAT = 0.1  # standard deviation of the curvature of a face times the size
 KINK_SD = (0.3, 0.1)
 ROUND, ROUND_SD = (
@@ -38,7 +41,8 @@ class PressedSurface:
     hands on, which determine it (Cauchy's problem): in the elliptic coordinates (tau, psi) of the ellipse whose y is divided
     by sqrt(T_j / T_i), harmonic by harmonic. What is alike all around falls as a catenoid does, which holds for steep
     skirts as well. q[9:15] let it depart from that by (1, cos 2 psi, sin 2 psi, cos psi, sin psi, tau) tau^2. At the edge of a
-    face, whose k is about 0, the slope changes by q[15:17], in harmonics 0 and 2, over a width q[17].
+    face, whose k is about 0, the slope changes by q[15:17], in harmonics 0 and 2, over a width q[17]. Around a sphere the sheet bends by q[15]
+    times what the plate equation gives for a bending length q[16].
     """
 
     kind: int
@@ -68,8 +72,17 @@ class PressedSurface:
 
 def prior_of(kind: int, size: float) -> tuple[Array, Array]:
     """Return mean and standard deviation (p,) of the parameters, lengths in units of `size`, m."""
-    edge, edge_sd = ((0.0, 0.0, ROUND / size), (*KINK_SD, ROUND_SD / size)) if kind == FACE else ((), ())
+    edge, edge_sd = _edge(kind, size)
     mean, sd = np.array([*(0.0,) * 8, RATIO[0], *BENT, *edge]), np.array([*WIDE, RATIO[1], *BENT_SD, *edge_sd])
     if kind == FACE:
         sd[3] = FLAT
     return mean, sd
+
+
+def _edge(kind: int, size: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return mean and standard deviation of what a kind has at its rim beside what all have."""
+    if kind == FACE:
+        return (0.0, 0.0, ROUND / size), (*KINK_SD, ROUND_SD / size)
+    if kind == SPHERE:
+        return (LIFT[0], LENGTH[0] / size), (LIFT[1], LENGTH[1] / size)
+    return (), ()

@@ -118,7 +118,7 @@ def _pressed(kind: int, rng: np.random.Generator, ellipse: float = 0.0, pull: fl
     size = math.log(rng.uniform(0.4, 0.6))
     middle = rng.normal(0, 0.1, 2)
     q = [*rng.normal(0, 0.05, 3), 0.05 if kind == FACE else 0.6, size + ellipse, size - ellipse, *middle, pull]
-    edge = [0.3, 0.0, 0.0] if kind == FACE else []
+    edge = {FACE: [0.3, 0.0, 0.0], SPHERE: [0.0, 0.05]}.get(kind, [])
     return PressedSurface(kind, np.array([*q, *(0.0,) * 6, *edge]))
 
 
@@ -152,7 +152,7 @@ def _pressed_derived(kind: int) -> float:
     for _ in range(3):
         body = _pressed(kind, rng, 0.1, 0.4)
         body.q[9:15] = rng.normal(0, 0.1, 6)
-        body.q[15:] = [0.3, 0.1, 0.03][: body.q.size - 15]
+        body.q[15:] = {FACE: [0.3, 0.1, 0.03], SPHERE: [0.7, 0.06]}.get(kind, [])
         x, y = PLACES[:, :60]
         share = np.hypot((x - body.q[6]) / math.exp(body.q[4]), (y - body.q[7]) / math.exp(body.q[5]))
         found = body.derivatives(x, y)[1]
