@@ -27,8 +27,8 @@ UNEVEN, CERTAIN = 0.4, 3.3
 # What is uneven for sure, as the top of an ellipsoid is whose axes are as 5 to 4; and deviations below which noise may make a ball uneven.
 CLEAR, CLEARLY = 0.12, 4.0
 BY_NOISE = 2.5
-# m^2, by which the sheet around a ball is never higher, over the ball's curvature, than one that does not bend: D / T is 3e-6 to 7e-6, 520 balls came to
-# 4.7e-6, and membranes over ellipsoids, which the rim of no ball fits, to 12e-6 and more.
+# m^2, by which, over the ball's curvature, a sheet around it is never higher than one that does not bend: D / T is 3e-6 to 7e-6, 520 balls
+# came to 4.7e-6, and membranes over ellipsoids, which the rim of no ball fits, to 12e-6 and more.
 LIFTED = 8e-6
 # Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
 # beyond both, and four in ten of what is left of the others.

@@ -18,6 +18,7 @@ HARMONICS = 5
 BENT = 6  # ways in which the skirt may bend otherwise
 FREE = 3  # harmonics below this are continued as they are; those above decay, which their continuation does not
 STEEPEST = 1e-2  # least squared cosine between z and a sphere's normal
+LIFT = 15  # where a sphere has how far the sheet stands above it; one without bends nothing
 TIP = 0.02  # radius, in units of the size, by which the tip of a cone is rounded
 LEAST_SLOPE = 1e-4
 STEP = 1e-5  # of a parameter, for derivatives
@@ -154,8 +155,8 @@ def add_lift(q: Any, x: Any, y: Any, height: Any) -> None:
 
     It leaves the ball a bending length before the rim, where it has the ball's curvature still, which falls as exp(-t) from there.
     """
-    a, b, wide = math.exp(q[4]), math.exp(q[5]), abs(q[16]) + 1e-9
-    rim, size = math.sqrt(a * b), 2.0 * q[15] * q[3] * q[16] * q[16]
+    a, b, wide = math.exp(q[4]), math.exp(q[5]), abs(q[LIFT + 1]) + 1e-9
+    rim, size = math.sqrt(a * b), 2.0 * q[LIFT] * q[3] * q[LIFT + 1] * q[LIFT + 1]
     for i in range(x.size):
         share_x, share_y = (x[i] - q[6]) / a, (y[i] - q[7]) / b
         t = (math.sqrt(share_x * share_x + share_y * share_y) - 1.0) * rim / wide + 1.0
@@ -195,7 +196,7 @@ def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any
     for i in range(x.size):
         if grown[i] == 0.0:
             height[i] = top_at(kind, q, x[i], y[i])[0]
-    if kind == SPHERE:
+    if kind == SPHERE and q.size > LIFT:
         add_lift(q, x, y, height)
     return fall
 
