@@ -17,7 +17,7 @@ from stretch_bt.perception.shapes.blocks_kernel import fill_within
 from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
-from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
+from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, LENGTH, SPHERE, PressedSurface
 from stretch_bt.perception.shapes.sphere import center_of
 from stretch_bt.perception.types import MADE, Contact, MaskArray, Sphere
 
@@ -36,8 +36,9 @@ SEARCHED, SEARCH_STEPS = (
 # Of the curvature times the squared sine of the cap, by which the model of the membrane errs: of one pulled alike, and of one pulled along
 # j, whose tensions change over a steep skirt. Sheets of the finite-strain solver and of revolution, without noise.
 MODEL, MODEL_PULLED = 0.006, 0.025
-# Of the curvature, by which it errs over a sheet that bends, whatever the cap: 2 mm of silicone over balls of 5 to 40 mm, 1 to 14 mm deep.
-BENDING = 0.003
+# Of the curvature, by which it errs over a sheet that bends: of any, and NARROW (LENGTH / rim)^4 of one whose rim is hardly wider than the bend.
+# Sheets of 2 mm without noise over balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm.
+BENDING, NARROW = 0.006, 0.7
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
 STEPS, CLOSE = 12, 0.02
@@ -104,7 +105,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     spreads = (
         np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
     )
-    sd = math.hypot(math.sqrt(float(weights @ spreads)), mean * _model_error(fits[0].surface))
+    sd = math.hypot(math.sqrt(float(weights @ spreads)), mean * _model_error(fits[0].surface, explained.cells.size))
     if (
         mean < (SIGNIFICANCE if explained.wider == 1.0 else SIGNIFICANCE_ALIKE) * sd
         or mean * fits[0].surface.rim < FLATTEST
@@ -118,10 +119,11 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     return _sphere(ball, mean, math.hypot(sd, mean * uneven), explained)
 
 
-def _model_error(surface: PressedSurface) -> float:
-    """Return the standard deviation, over the curvature, that the model of the membrane adds to it."""
+def _model_error(surface: PressedSurface, size: float) -> float:
+    """Return the standard deviation, over the curvature, that the model of the membrane adds to it; its unit of length is `size`, m."""
     steep = min(abs(float(surface.q[3])) * surface.rim, 1.0)
-    return math.hypot(BENDING, steep**2 * math.hypot(MODEL, MODEL_PULLED * min(abs(float(surface.q[8])), 1.0)))
+    pulled = steep**2 * math.hypot(MODEL, MODEL_PULLED * min(abs(float(surface.q[8])), 1.0))
+    return math.hypot(pulled, BENDING, NARROW * (LENGTH[0] / (surface.rim * size)) ** 4)
 
 
 def _check_shape(explained: _Explained) -> None:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.shapes.pressed_kernel import CONE, FACE, SPHERE, fill_pressed, fill_pressed_jacobian
 
-__all__ = ["COMMON", "CONE", "FACE", "SPHERE", "PressedSurface", "prior_of"]
+__all__ = ["COMMON", "CONE", "FACE", "LENGTH", "SPHERE", "PressedSurface", "prior_of"]
 
 Array = npt.NDArray[np.float64]
 

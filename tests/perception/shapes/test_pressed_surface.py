@@ -59,7 +59,7 @@ def test_a_steep_round_skirt_is_a_catenoid():
 
 
 def test_around_a_ball_a_sheet_bends_by_the_plate_equation():
-    """From a bending length before the rim its curvature goes from the ball's to the skirt's as 1 - exp(-t); without bending there is a step."""
+    """From a bending length before the rim it goes from the curvature of the ball to that of the skirt, as 1 - exp(-t)."""
     from scipy.integrate import solve_ivp
 
     curvature, rim, lift = 0.8, 0.5, 0.7
