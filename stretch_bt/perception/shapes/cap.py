@@ -38,7 +38,7 @@ SEARCHED, SEARCH_STEPS = (
 MODEL, MODEL_PULLED = 0.006, 0.025
 # Of the curvature, by which it errs over a sheet that bends: of any, and NARROW (LENGTH / rim)^4 of one whose rim is hardly wider than the bend.
 # Sheets of 2 mm without noise over balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm.
-BENDING, NARROW = 0.005, 0.7
+BENDING, NARROW = 0.0035, 0.7
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
 STEPS, CLOSE = 12, 0.02
