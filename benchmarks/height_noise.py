@@ -311,7 +311,7 @@ def viewed(x: Array, y: Array, z: Array) -> Array:
     for _ in range(12):
         deep = DISTANCE - height
         places = [(along * deep - y[0]) / PITCH, (across * deep - x[0]) / PITCH]
-        height = 0.5 * height + 0.5 * map_coordinates(spline, places, prefilter=False, mode="nearest")
+        height = 0.5 * height + 0.5 * map_coordinates(spline, places, prefilter=False, mode="mirror")
     deep = DISTANCE - height
     return np.where((np.abs(across * deep) < WIDE) & (np.abs(along * deep) < LONG), deep, 0.0)
 

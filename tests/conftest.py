@@ -7,7 +7,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-from importlib.resources import files
+from importlib.resources import files as files_of
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
@@ -24,10 +25,11 @@ os.environ.update(
 gc.set_threshold(*COLLECTED)  # as the command has it
 
 # where a shell forbids bytecode, each of the hundreds of processes that tests start would compile all that it imports
-if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
-    sys.dont_write_bytecode, sys.pycache_prefix = False, tempfile.mkdtemp(prefix="stretch-bt-bytecode-")
-    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
-    atexit.register(shutil.rmtree, sys.pycache_prefix, ignore_errors=True)
+_MADE = tempfile.mkdtemp(prefix="stretch-bt-bytecode-") if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") else ""
+if _MADE:
+    sys.dont_write_bytecode, sys.pycache_prefix = False, _MADE
+    os.environ["PYTHONPYCACHEPREFIX"] = _MADE
+    atexit.register(shutil.rmtree, _MADE, ignore_errors=True)
 
 # a shell that runs the tests in the background, or under nohup, has them ignored, and the processes of the tests would ignore them too
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -137,9 +139,9 @@ def own_nodes(monkeypatch):
 
 
 def pytest_unconfigure(config):
-    """Leave no bytecode behind; the processes of xdist have that of the first."""
-    if "PYTEST_XDIST_WORKER" not in os.environ and "stretch-bt-bytecode-" in (sys.pycache_prefix or ""):
-        shutil.rmtree(sys.pycache_prefix, ignore_errors=True)
+    """Leave no bytecode behind; processes that this one began share its folder."""
+    if _MADE:
+        shutil.rmtree(_MADE, ignore_errors=True)
 
 
 def pytest_xdist_auto_num_workers():
@@ -147,18 +149,21 @@ def pytest_xdist_auto_num_workers():
     return (os.cpu_count() or 1) + 2
 
 
-def pytest_xdist_setupnodes():
+def pytest_xdist_setupnodes(config):
     """Compile kernels and tests, a share on each core: the processes would each compile all of them at once."""
     kernels = sorted((_ROOT / "stretch_bt").rglob("*_kernel.py"))
     names = [".".join(path.relative_to(_ROOT).with_suffix("").parts) for path in kernels]
     _on_each_core(["-c"], lambda share: [f"import {', '.join(share)}"], names)
-    new = sorted(str(path) for path in _FOLDER.rglob("test_*.py") if not _rewritten(path))
+    asked = [Path(argument.partition("::")[0]).resolve() for argument in config.args]
+    files = [path for path in _FOLDER.rglob("test_*.py") if any(path.is_relative_to(place) for place in asked)]
+    new = sorted(str(path) for path in files if not _rewritten(path))
     _on_each_core(["-m", "pytest", "-n0", "--collect-only", "-qq"], list, new)
 
 
 def _rewritten(path):
-    """Return whether pytest has compiled a file of tests before; it looks itself whether that is older than the file."""
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.*-pytest-*.pyc"))
+    """Return whether this pytest has bytecode of a test file; pytest itself compares their ages."""
+    name = f"{path.stem}.{sys.implementation.cache_tag}-pytest-{pytest.__version__}.pyc"
+    return Path(cache_from_source(str(path))).with_name(name).exists()
 
 
 def _on_each_core(command, words, items):
@@ -204,7 +209,7 @@ def at_hertz():
     """Return what writes a shipped scene into a folder at the fidelity that is known at once, and returns its path."""
 
     def write(name, folder):
-        shipped = files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
+        shipped = files_of("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
         path = folder / "scene.yaml"
         path.write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
         return path

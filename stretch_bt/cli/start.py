@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["main", "program"]
 
-#: objects that come before the collector looks at them, and how often it looks at older ones: a tenth of a command's time went there,
-#: most of it over classes and functions, which stay
+#: allocations after which the garbage collector looks at young objects, and how many such looks pass before it looks at older ones. By Python's
+#: own numbers that takes a tenth of a command's time, mostly over classes and functions, which stay.
 COLLECTED = (50_000, 20, 20)
 
 

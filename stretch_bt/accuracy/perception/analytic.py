@@ -77,6 +77,8 @@ def render(profile: Profile, intrinsics: Intrinsics, x0: float = 0.0, y0: float 
         by_near = np.where(short, left, by_near * np.where(last > 0.0, 0.5, 1.0))
         near, far = np.where(short, depth, near), np.where(short, far, depth)
         last = np.where(short, -1.0, 1.0)
+    else:
+        raise ArithmeticError(f"no depth within {STEPS} steps: the profile has a jump, or no height somewhere")
     return depth
 
 

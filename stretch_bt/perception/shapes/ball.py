@@ -11,7 +11,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.shapes.contact_cells import Cells
 from stretch_bt.perception.shapes.contact_fit import BodyFit
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, whitener
-from stretch_bt.perception.shapes.pressed_surface import COMMON
+from stretch_bt.perception.shapes.pressed_surface import LIFT_AT
 
 __all__ = ["check_ball"]
 
@@ -27,9 +27,9 @@ UNEVEN, CERTAIN = 0.4, 3.3
 # What is uneven for sure, as the top of an ellipsoid is whose axes are as 5 to 4; and deviations below which noise may make a ball uneven.
 CLEAR, CLEARLY = 0.12, 4.0
 BY_NOISE = 2.5
-# m^2, by which, over the ball's curvature, a sheet around it is never higher than one that does not bend: D / T is 3e-6 to 7e-6, 520 balls
-# came to 4.7e-6, and membranes over ellipsoids, which the rim of no ball fits, to 12e-6 and more.
-LIFTED = 8e-6
+# Most lift of a sheet of 2 mm around a ball, over the ball's curvature, m^2: D / T is 3e-6 to 7e-6, 520 balls came to 4.7e-6, and membranes over
+# ellipsoids, which the rim of no ball fits, to 12e-6 and more, with a rim of less than 1.4 bending lengths. A wide rim is one, whatever is around it.
+LIFTED, WIDE = 8e-6, 2.0
 # Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
 # beyond both, and four in ten of what is left of the others.
 OTHER, SEEN = 30.0, 0.15
@@ -43,10 +43,10 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
     an optical surface that is no sphere: astigmatism, which makes a ridge, then coma, trefoil, spherical and fourfold aberration.
     """
     q, rim = fit.surface.q, fit.surface.rim
-    if q[COMMON] * (q[COMMON + 1] * cells.size) ** 2 > LIFTED:
+    if rim < WIDE * abs(q[LIFT_AT + 1]) and q[LIFT_AT] * (q[LIFT_AT + 1] * cells.size) ** 2 > LIFTED:
         raise IllConditioned(
-            "the membrane around the contact is higher than its bending makes it around a ball, as around an ellipsoid: press deeper, average more"
-            " frames, or fit another shape (`fit_shape`)"
+            "the membrane around the contact stands higher than bending lifts a sheet of 2 mm around a ball; the object may be an ellipsoid, or the"
+            " sheet thicker: press deeper, average more frames, or fit another shape (`fit_shape`)"
         )
     inside = np.hypot((cells.x - q[6]) / math.exp(q[4]), (cells.y - q[7]) / math.exp(q[5])) < INSIDE
     if np.count_nonzero(inside) < LEAST:

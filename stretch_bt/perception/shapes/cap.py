@@ -36,7 +36,7 @@ SEARCHED, SEARCH_STEPS = (
 # Of the curvature times the squared sine of the cap, by which the model of the membrane errs: of one pulled alike, and of one pulled along
 # j, whose tensions change over a steep skirt. Sheets of the finite-strain solver and of revolution, without noise.
 MODEL, MODEL_PULLED = 0.006, 0.025
-# Of the curvature, by which it errs over a sheet that bends: of any, and NARROW (LENGTH / rim)^4 of one whose rim is hardly wider than the bend.
+# Of the curvature, by which it errs over a sheet that bends: BENDING for any, and NARROW (LENGTH / rim)^4 for a rim hardly wider than the bend.
 # Sheets of 2 mm without noise over balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm.
 BENDING, NARROW = 0.0035, 0.7
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane

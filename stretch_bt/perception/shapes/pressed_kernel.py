@@ -9,7 +9,7 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["CONE", "FACE", "SPHERE", "fill_pressed", "fill_pressed_jacobian"]
+__all__ = ["CONE", "FACE", "LIFT_AT", "SPHERE", "fill_pressed", "fill_pressed_jacobian"]
 
 SPHERE, FACE, CONE = 0, 1, 2
 
@@ -18,7 +18,7 @@ HARMONICS = 5
 BENT = 6  # ways in which the skirt may bend otherwise
 FREE = 3  # harmonics below this are continued as they are; those above decay, which their continuation does not
 STEEPEST = 1e-2  # least squared cosine between z and a sphere's normal
-LIFT = 15  # where a sphere has how far the sheet stands above it; one without bends nothing
+LIFT_AT = 15  # of a sphere, by how much bending lifts the sheet; its bending length follows
 TIP = 0.02  # radius, in units of the size, by which the tip of a cone is rounded
 LEAST_SLOPE = 1e-4
 STEP = 1e-5  # of a parameter, for derivatives
@@ -151,12 +151,12 @@ def add_bends(q: Any, fall: Any, place: Any, height: Any) -> None:
 
 @kernel("void(float64[::1],float64[::1],float64[::1],float64[::1])")
 def add_lift(q: Any, x: Any, y: Any, height: Any) -> None:
-    """Add to the height (n,) by how much a sheet that bends is above one that does not, from just within the rim on.
+    """Add to the height (n,) by how much bending lifts the sheet.
 
-    It leaves the ball a bending length before the rim, where it has the ball's curvature still, which falls as exp(-t) from there.
+    The sheet leaves the ball a bending length before the rim, with the ball's curvature, and comes to the skirt's as 1 - exp(-t).
     """
-    a, b, wide = math.exp(q[4]), math.exp(q[5]), abs(q[LIFT + 1]) + 1e-9
-    rim, size = math.sqrt(a * b), 2.0 * q[LIFT] * q[3] * q[LIFT + 1] * q[LIFT + 1]
+    a, b, wide = math.exp(q[4]), math.exp(q[5]), abs(q[LIFT_AT + 1]) + 1e-9
+    rim, size = math.sqrt(a * b), 2.0 * q[LIFT_AT] * q[3] * q[LIFT_AT + 1] * q[LIFT_AT + 1]
     for i in range(x.size):
         share_x, share_y = (x[i] - q[6]) / a, (y[i] - q[7]) / b
         t = (math.sqrt(share_x * share_x + share_y * share_y) - 1.0) * rim / wide + 1.0
@@ -196,7 +196,7 @@ def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any
     for i in range(x.size):
         if grown[i] == 0.0:
             height[i] = top_at(kind, q, x[i], y[i])[0]
-    if kind == SPHERE and q.size > LIFT:
+    if kind == SPHERE and q.size > LIFT_AT + 1:
         add_lift(q, x, y, height)
     return fall
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.shapes.pressed_kernel import CONE, FACE, SPHERE, fill_pressed, fill_pressed_jacobian
+from stretch_bt.perception.shapes.pressed_kernel import CONE, FACE, LIFT_AT, SPHERE, fill_pressed, fill_pressed_jacobian
 
-__all__ = ["COMMON", "CONE", "FACE", "LENGTH", "SPHERE", "PressedSurface", "prior_of"]
+__all__ = ["COMMON", "CONE", "FACE", "LENGTH", "LIFT_AT", "SPHERE", "PressedSurface", "prior_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -21,7 +21,7 @@ RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pull
 # alike around, twice around (even and odd), once around, and alike around as tau^3. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
 BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
 # A sheet that bends leaves a ball a bending length, sqrt(D / T), before one that does not, and is higher from there on, by LIFT times what the plate
-# equation gives: its mean and deviation, so that one that hardly bends is covered, and those of the length, m, for 2 mm of silicone.
+# equation gives: its mean and deviation, so that one that hardly bends is covered, and those of the length, m, for 2 mm of silicone that is pulled.
 LIFT, LENGTH = (0.6, 0.4), (1.8e-3, 0.4e-3)
 FLAT = 0.1  # standard deviation of the curvature of a face times the size
 KINK_SD = (0.3, 0.1)
@@ -80,7 +80,7 @@ def prior_of(kind: int, size: float) -> tuple[Array, Array]:
 
 
 def _edge(kind: int, size: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return mean and standard deviation of what a kind has at its rim beside what all have."""
+    """Return mean and standard deviation of the parameters that only this kind has."""
     if kind == FACE:
         return (0.0, 0.0, ROUND / size), (*KINK_SD, ROUND_SD / size)
     if kind == SPHERE:
