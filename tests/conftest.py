@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from importlib.resources import files as files_of
+from importlib.resources import files
 from importlib.util import cache_from_source
 from pathlib import Path
 
@@ -37,7 +37,7 @@ if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # how fast a machine is, is no property of the code; the same examples each time: `--hypothesis-profile search` looks for others
-settings.register_profile("shared", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("shared", deadline=None, derandomize=True)
 settings.register_profile("search", deadline=None)
 settings.load_profile("shared")
 
@@ -155,8 +155,8 @@ def pytest_xdist_setupnodes(config):
     names = [".".join(path.relative_to(_ROOT).with_suffix("").parts) for path in kernels]
     _on_each_core(["-c"], lambda share: [f"import {', '.join(share)}"], names)
     asked = [Path(argument.partition("::")[0]).resolve() for argument in config.args]
-    files = [path for path in _FOLDER.rglob("test_*.py") if any(path.is_relative_to(place) for place in asked)]
-    new = sorted(str(path) for path in files if not _rewritten(path))
+    tests = [path for path in _FOLDER.rglob("test_*.py") if any(path.is_relative_to(place) for place in asked)]
+    new = sorted(str(path) for path in tests if not _rewritten(path))
     _on_each_core(["-m", "pytest", "-n0", "--collect-only", "-qq"], list, new)
 
 
@@ -209,7 +209,7 @@ def at_hertz():
     """Return what writes a shipped scene into a folder at the fidelity that is known at once, and returns its path."""
 
     def write(name, folder):
-        shipped = files_of("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
+        shipped = files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
         path = folder / "scene.yaml"
         path.write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
         return path

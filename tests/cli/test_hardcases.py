@@ -27,11 +27,13 @@ def asked(*arguments):
 
 
 def test_rows_are_one_json_document():
-    done = asked("--domain", "coupling", "--json")
+    done = asked("--domain", "fits", "--json")
     assert done.exit_code == 0
     rows = json.loads(done.stdout)
-    assert [list(row) for row in rows] == [KEYS] * len(registry.cases("coupling"))
-    assert {(row["domain"], row["ok"]) for row in rows} == {("coupling", True)}
+    assert [list(row) for row in rows] == [KEYS] * len(registry.cases("fits"))
+    assert {(row["domain"], row["ok"], row["iterations"], row["residual"]) for row in rows} == {
+        ("fits", True, None, None)
+    }
     assert all(row["seconds"] >= 0 and row["expected"] and row["outcome"] for row in rows)
 
 
