@@ -51,18 +51,18 @@ class Course:
         self,
         count: int,
         clock: Callable[[], float] = time.process_time,
-        beside: Callable[[], float] = yardstick,
+        beside: Callable[[], float] | None = None,
         memory: Callable[[], float] = resident,
     ) -> None:
         if count < HUNDRED:
             raise SystemExit(f"a course has at least {HUNDRED} steps, not {count}")
-        self.count, self._clock, self._beside, self._memory = count, clock, beside, memory
+        self.count, self._clock, self._beside, self._memory = count, clock, beside or yardstick, memory
         looks = HUNDRED * min(LOOKS, count // HUNDRED)
         self._ends = [count * k // looks for k in range(1, looks + 1)]
         self._looks: list[tuple[float, float]] = []  # CPU s a step, and of the computation beside
         self.sizes: list[float] = []
         self.seconds, self._steps = 0.0, 0
-        beside()
+        self._beside()
         self._since = clock()
 
     def done(self, steps: int) -> None:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import errno
 import sys
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
-from types import ModuleType
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 import stretch_bt
 from stretch_bt import cli
+from stretch_bt.cli.commands import Commands, Group
 from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
@@ -23,8 +20,12 @@ from stretch_bt.errors import InvalidInput, StretchError, writable
 __all__ = ["app", "carry_out", "main"]
 
 
-class _Commands(TyperGroup):
-    """The commands; what makes one end before it began is kept for its JSON."""
+class _Commands(Group):
+    """All commands; what makes one end before it began is kept for its JSON."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = Commands(cli)
 
     def invoke(self, ctx: Any) -> Any:
         """Carry out the command that was named."""
@@ -76,23 +77,6 @@ def _options(
     ] = False,
 ) -> None:
     pass
-
-
-def _add_commands(group: typer.Typer, package: ModuleType) -> None:
-    """Add each `command_NAME` file of a folder as a command, and each folder in it as a group of commands."""
-    for module in iter_modules(package.__path__):
-        if not (module.ispkg or module.name.startswith("command_")):
-            continue
-        loaded = import_module(f"{package.__name__}.{module.name}")
-        if module.ispkg:
-            inner = typer.Typer(help=loaded.__doc__, no_args_is_help=True)
-            _add_commands(inner, loaded)
-            group.add_typer(inner, name=module.name)
-        else:
-            group.command(module.name.removeprefix("command_").replace("_", "-"))(loaded.command)
-
-
-_add_commands(app, cli)
 
 
 #: what to do where the system refuses a file

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.cells import cells_of
 from stretch_bt.perception.deprojection import deproject
 from stretch_bt.perception.types import MaskArray
 from stretch_bt.units import Estimate
@@ -244,9 +245,8 @@ def _cells(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
     """Return means of x, y and z in the squares of a grid over the membrane, its rims left out."""
     points = flat[on]
     points = points[np.abs(points[:, 1] - middle) < _INSIDE * half]
-    cell = np.round(points[:, :2] / _CELL).astype(int)
-    _, which, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
-    sums = np.column_stack([np.bincount(which.ravel(), points[:, k]) for k in range(3)])
+    _, _, which, count = cells_of(np.round(points[:, :2] / _CELL).astype(np.int64))
+    sums = np.column_stack([np.bincount(which, points[:, k]) for k in range(3)])
     full = count > 0.5 * count.max()
     x, y, z = (sums[full] / count[full, None]).T
     return x, y, z

@@ -1,7 +1,7 @@
 """Heights of a sphere's top by the whole membrane, where the run knows how that is mounted, and by the contact elsewhere."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ RADIUS, SPAN, DEEP, LIGHT, HAND = 0.03, 0.014, 8e-3, 2.5e-3, 0.05
 MOUNT = Mounting(SPAN, 6e-4, 3e-5)
 
 
+@cache
 def frame(depth, beside=0.0):
     """Return what a camera sees of a press by the table's shapes, with 0.05 mm of noise."""
     form = read_shapes().at(SPAN, 0.002).form(RADIUS, depth)

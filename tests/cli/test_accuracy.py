@@ -218,7 +218,9 @@ def test_parts_are_the_whole_and_keep_groups_together(bench):
     assert len(parts[0]) < len(whole)
 
 
-def test_quick_holds_to_its_time_where_jobs_take_longer_than_they_should(bench):
+def test_quick_holds_to_its_time_where_jobs_take_longer_than_they_should(bench, monkeypatch):
+    monkeypatch.setattr("stretch_bt.accuracy.budget.QUICK", 3.0)
+
     def slow():
         began = time.process_time()
         while time.process_time() < began + 0.05:
@@ -228,7 +230,7 @@ def test_quick_holds_to_its_time_where_jobs_take_longer_than_they_should(bench):
     bench.jobs = lambda quick: [Job(f"{k}", Setting("a", ""), "force", 0.0001, slow) for k in range(2000)]
     rows = list(measure(["membrane"], quick=True))
     spent = sum(row.status == "ok" for row in rows) * 0.05
-    assert 1.0 < spent < 6.0
+    assert 0.5 < spent < 3.0
     assert rows[-1].reason == "quick"
 
 

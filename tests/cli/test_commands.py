@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.cli.app import app
+import stretch_bt.cli
+from stretch_bt.cli.commands import Commands
 from stretch_bt.tree.flow import CONSTRUCTS
 
 MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
@@ -298,8 +299,8 @@ def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
 
 def test_help_names_every_command(cli):
     _, out, _ = cli("--help")
-    for command in app.registered_commands:
-        assert command.name in out
+    for command in Commands(stretch_bt.cli):
+        assert command in out
 
 
 def test_press_json_is_the_contract(cli, tmp_path):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.perception.cells import cells_of
 from stretch_bt.perception.clouds.ply import points_of
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.runtime.onlooker import Onlooker
@@ -116,10 +117,8 @@ def _cells(places: Any) -> list[tuple[int, ...]]:
 
 def _rms(off: Any, points: Any) -> float:
     """Return the root mean square over cells of 1 mm, as seen from above: what was felt has more points than what is told beside it."""
-    _, which, count = np.unique(
-        np.floor(points[:, :2] / 1e-3).astype(int), axis=0, return_inverse=True, return_counts=True
-    )
-    return float(np.sqrt(np.mean(np.bincount(which.ravel(), off**2) / count)))
+    _, _, which, count = cells_of(np.floor(points[:, :2] / 1e-3).astype(np.int64))
+    return float(np.sqrt(np.mean(np.bincount(which, off**2) / count)))
 
 
 class _Forces(Onlooker):

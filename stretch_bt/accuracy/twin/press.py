@@ -11,6 +11,7 @@ from stretch_bt.accuracy.twin.cell import Bench
 from stretch_bt.errors import NoContact
 from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.perception import deproject, to_membrane
+from stretch_bt.perception.cells import cells_of
 from stretch_bt.simulation.scene import Scene
 
 __all__ = ["highest", "length_at", "press_once"]
@@ -48,9 +49,8 @@ def press_once(scene: Scene, seed: int) -> dict[str, float]:
 def highest(frame: DepthFrame) -> float:
     """Return the world height, m, of the highest place of a size of 2 mm."""
     points = _points(frame)
-    cells = np.round(points[:, :2] / _TOP).astype(int)
-    _, which, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    means = np.bincount(which.ravel(), points[:, 2]) / counts
+    _, _, which, counts = cells_of(np.round(points[:, :2] / _TOP).astype(np.int64))
+    means = np.bincount(which, points[:, 2]) / counts
     return float(means[counts > counts.max() / 2].max()) + (frame.hand_height or 0.0)
 
 

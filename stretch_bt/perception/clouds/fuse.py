@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_kind, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
+from stretch_bt.perception.cells import cells_of
 from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Array, Cloud, Frame
 from stretch_bt.perception.deprojection import to_world, world_turn
 from stretch_bt.perception.types import CLOUD, MADE, Contact
@@ -99,12 +100,11 @@ def _sighting(points: Array, rays: Array, noise: Array, cloud: Cloud) -> Cloud:
     across = [k for k in range(3) if k != axis]
     slope, kept = _slopes(points[:, across], points[:, axis], float(noise.mean()))
     points, rays, noise = points[kept], rays[kept], noise[kept]
-    cells = np.floor(points[:, across] / cloud.cell)
+    cells = np.floor(points[:, across] / cloud.cell).astype(np.int64)
     middle = (cells + 0.5) * cloud.cell
     # The heights of a column are those at its middle, so that contacts which saw other spots of it agree.
     height = points[:, axis] + ((middle - points[:, across]) * slope).sum(axis=1)
-    _, first, which, count = np.unique(cells, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    which = which.ravel()
+    _, first, which, count = cells_of(cells)
 
     def mean(values: Array) -> Array:
         return np.bincount(which, values) / count
@@ -113,7 +113,7 @@ def _sighting(points: Array, rays: Array, noise: Array, cloud: Cloud) -> Cloud:
     at[:, across], at[:, axis] = middle[first], mean(height)
     seen_from = np.column_stack([mean(ray) for ray in rays.T])
     seen_from /= np.linalg.norm(seen_from, axis=1, keepdims=True)
-    columns = np.column_stack([np.full(len(first), axis), cells[first]]).astype(np.int64)
+    columns = np.column_stack([np.full(len(first), axis), cells[first]])
     once = np.ones(len(first), dtype=np.int64)
     return Cloud(at, mean(noise), seen_from, once, columns, cloud.frame, cloud.cell, cloud.floor, 1)
 
@@ -183,8 +183,8 @@ def _pairs(cloud: Cloud, new: Cloud) -> tuple[npt.NDArray[np.int64], npt.NDArray
 
 def _keys(*columns: npt.NDArray[np.int64]) -> list[npt.NDArray[np.int64]]:
     """Return the columns of several clouds as numbers, equal where the columns are."""
-    _, numbers = np.unique(np.concatenate(columns), axis=0, return_inverse=True)
-    return np.split(numbers.ravel().astype(np.int64), np.cumsum([len(c) for c in columns])[:-1])
+    numbers = cells_of(np.concatenate(columns)).which
+    return np.split(numbers, np.cumsum([len(c) for c in columns])[:-1])
 
 
 def _without_outvoted(cloud: Cloud) -> Cloud:

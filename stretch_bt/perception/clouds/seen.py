@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.frames import Pose
+from stretch_bt.perception.cells import cells_of
 from stretch_bt.perception.clouds.support import supported
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import FloatArray
@@ -83,8 +84,8 @@ def view_of(
         )
     low, clear = _placed(deep, deep_pose, half_length)
     high, _ = _placed(shallow, shallow_pose, half_length)
-    cells, which, count = np.unique(_index(low, cell), axis=0, return_inverse=True, return_counts=True)
-    heights, free = _means(which.ravel(), low[:, 2], count), _means(which.ravel(), clear, count) > 0.99
+    cells, _, which, count = cells_of(_index(low, cell))
+    heights, free = _means(which, low[:, 2], count), _means(which, clear, count) > 0.99
     above = _heights_at(cells, high, cell)
     stayed = _stayed(heights, above - heights, rise)
     whole = count >= 0.3 * np.median(count)

@@ -79,10 +79,25 @@ def _weights(half: int) -> Array:
     return np.asarray(np.linalg.pinv(moments)[0])
 
 
-def _smooth(curve: Curve, half: int) -> Curve:
-    weights = _weights(half)
-    wrapped = np.concatenate([curve[-half:], curve, curve[:half]])
-    return np.asarray(np.convolve(wrapped, weights, mode="valid"))
+@lru_cache(maxsize=8)
+def _spectra(count: int) -> Array:
+    """Return (k, count): by what each fit of a closed curve multiplies its frequencies."""
+    rows = np.zeros((len(_half_widths(count)), count))
+    for row, half in zip(rows, _half_widths(count), strict=True):
+        weights = _weights(half)
+        row[: half + 1], row[-half:] = weights[half:], weights[:half]
+    return np.asarray(np.fft.fft(rows).real)
+
+
+@lru_cache(maxsize=8)
+def _sizes(count: int) -> Array:
+    """Return (k, 1): the standard deviations of the fits of white noise of 1."""
+    return np.array([[float(np.linalg.norm(_weights(half)))] for half in _half_widths(count)])
+
+
+def _fits(curves: Curve) -> Curve:
+    """Return (..., k, n): the local quadratics of each half width at the samples of closed curves (..., n)."""
+    return np.asarray(np.fft.ifft(np.fft.fft(curves)[..., None, :] * _spectra(curves.shape[-1])))
 
 
 def _normals(curve: Curve) -> Curve:
@@ -96,11 +111,11 @@ def _half_widths(count: int) -> list[int]:
     return [half for half in HALF_WIDTHS if 2 * half + 1 <= count // 3]
 
 
-def _noise_sd(curve: Curve, normal: Curve) -> float:
+def _noise_sd(curve: Curve, normal: Curve, fits: Curve) -> float:
     """Return the standard deviation across the curve, from what a local quadratic leaves; a few corners do not count."""
-    half = max(h for h in _half_widths(len(curve)) if h <= NOISE_HALF_WIDTH)
-    left = ((curve - _smooth(curve, half)) * np.conj(normal)).real
-    share = 1.0 - float(_weights(half)[half])
+    halves = [half for half in _half_widths(len(curve)) if half <= NOISE_HALF_WIDTH]
+    left = ((curve - fits[len(halves) - 1]) * np.conj(normal)).real
+    share = 1.0 - float(_weights(halves[-1])[halves[-1]])
     return 1.4826 * float(np.median(np.abs(left))) / np.sqrt(share) if share > 0 else 0.0
 
 
@@ -110,31 +125,25 @@ def smoothed(curve: Curve) -> Curve:
     At each sample the widest local quadratic is taken that still agrees with all narrower ones within their errors
     (Goldenshluger and Nemirovski, 1997; Katkovnik, 1999), the noise being what the curve itself shows.
     """
-    return _taken(curve, _widths(curve))
+    fits = _fits(curve)
+    return _taken(curve, fits, _widths(curve, fits))
 
 
-def _widths(curve: Curve) -> npt.NDArray[np.int64]:
-    """Return the half width (n,), samples, of the fit that is taken at each sample."""
+def _widths(curve: Curve, fits: Curve) -> npt.NDArray[np.int64]:
+    """Return which of the fits (k, n) is taken at each sample, (n,)."""
     normal = _normals(curve)
-    noise = _noise_sd(curve, normal)
-    wide = np.ones(len(curve), dtype=np.int64)
-    low, high = np.full(len(curve), -np.inf), np.full(len(curve), np.inf)
-    agrees = np.ones(len(curve), dtype=bool)
-    for half in _half_widths(len(curve)):
-        shift = ((_smooth(curve, half) - curve) * np.conj(normal)).real
-        reach = STRAY * noise * float(np.linalg.norm(_weights(half)))
-        low, high = np.maximum(low, shift - reach), np.minimum(high, shift + reach)
-        agrees &= low <= high
-        wide[agrees] = half
-    return wide
+    shift = ((fits - curve) * np.conj(normal)).real
+    reach = STRAY * _noise_sd(curve, normal, fits) * _sizes(len(curve))
+    low, high = np.maximum.accumulate(shift - reach), np.minimum.accumulate(shift + reach)
+    agree = np.logical_and.accumulate(low <= high).sum(axis=0)
+    return np.asarray(np.maximum(agree - 1, 0))
 
 
-def _taken(curve: Curve, wide: npt.NDArray[np.int64]) -> Curve:
-    """Return a curve with the fits of some half widths, and a part of what they leave."""
-    halves = _half_widths(len(curve))
-    found = _pick({half: _smooth(curve, half) for half in halves}, wide)
-    left = curve - found
-    return np.asarray(found + GIVEN_BACK * _pick({half: _smooth(left, half) for half in halves}, wide))
+def _taken(curves: Curve, fits: Curve, which: npt.NDArray[np.int64]) -> Curve:
+    """Return curves (..., n) with the fits (..., k, n) that are taken, and a part of what they leave."""
+    at = np.arange(len(which))
+    found = fits[..., which, at]
+    return np.asarray(found + GIVEN_BACK * _fits(curves - found)[..., which, at])
 
 
 def lengthened(curve: Curve) -> float:
@@ -142,27 +151,22 @@ def lengthened(curve: Curve) -> float:
 
     A side is longer by half the square of how much its ends stray from each other across it, over its length.
     """
-    wide = _widths(curve)
-    inside = _taken(curve, wide)
+    fits = _fits(curve)
+    which = _widths(curve, fits)
+    inside = _taken(curve, fits, which)
     sides = np.roll(inside, -1) - inside
     lengths = np.maximum(np.abs(sides), LEAST_SIDE * spacing_of(inside))
-    strays = [_taken(noisy - inside, wide) for noisy in redrawn(curve, REDRAWN)]
-    across = [((np.roll(stray, -1) - stray) * np.conj(sides)).imag / lengths for stray in strays]
-    return float(np.mean([np.sum(each**2 / lengths) for each in across])) / 2.0 / perimeter_of(inside)
-
-
-def _pick(fits: dict[int, Curve], wide: npt.NDArray[np.int64]) -> Curve:
-    found = np.zeros(len(wide), dtype=np.complex128)
-    for half, fit in fits.items():
-        found[wide == half] = fit[wide == half]
-    return found
+    noise = redrawn(curve, REDRAWN) - inside
+    strays = _taken(noise, _fits(noise), which)
+    across = ((np.roll(strays, -1, axis=-1) - strays) * np.conj(sides)).imag / lengths
+    return float(np.mean(np.sum(across**2 / lengths, axis=-1))) / 2.0 / perimeter_of(inside)
 
 
 def noise_of(curve: Curve) -> tuple[float, float]:
     """Return the standard deviation of a curve's noise across it, and its correlation from one sample to the next."""
     normal = _normals(curve)
     left = ((curve - smoothed(curve)) * np.conj(normal)).real
-    sd = max(_noise_sd(curve, normal), 1.4826 * float(np.median(np.abs(left))))
+    sd = max(_noise_sd(curve, normal, _fits(curve)), 1.4826 * float(np.median(np.abs(left))))
     left = np.clip(left, -STRAY * sd, STRAY * sd)
     power = float(left @ left)
     return sd, float(np.clip(left @ np.roll(left, 1) / power, 0.0, 0.9)) if power > 0 else 0.0

@@ -108,9 +108,12 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3, curved: bo
     def left(q: Array) -> Array:
         return _linear(part, q[0] * 1e-3, q[1] * 1e-3, curved)[1] * 1e3
 
+    def slopes(q: Array) -> Array:
+        return _slopes(part, q[0] * 1e-3, q[1] * 1e-3, curved)
+
     slack = min(6.0, reach * 0.6e3)
     bounds = ([start * 1e3 - slack, SHORTEST * 1e3], [start * 1e3 + slack, LONGEST * 1e3])
-    found = least_squares(left, [start * 1e3, 1.0], bounds=bounds, jac="3-point", **CONVERGED)
+    found = least_squares(left, [start * 1e3, 1.0], bounds=bounds, jac=slopes, **CONVERGED)
     place, length = (float(v) * 1e-3 for v in found.x)
     _check(part, place)
     fit, residual = _linear(part, place, length, curved)
@@ -144,11 +147,37 @@ def _check(part: Profile, place: float) -> None:
 
 def _linear(part: Profile, place: float, length: float, curved: bool = False) -> tuple[Array, Array]:
     """Return height, slope, its change, the far and perhaps the near curvature of a bend, and the weighted residuals (n,), m."""
+    design, weights = _design(part, place, length, curved)
+    fit = np.asarray(np.linalg.lstsq(design, part.height * weights, rcond=None)[0], dtype=np.float64)
+    return fit, design @ fit - part.height * weights
+
+
+def _design(part: Profile, place: float, length: float, curved: bool) -> tuple[Array, Array]:
+    """Return (n, k): the weighted heights that each number of a bend adds, and the weights (n,)."""
     u = part.at - place
     beyond = np.maximum(u, 0.0)
     turn = beyond + length / 2 * np.exp(-np.abs(u) / length)
     near = [np.minimum(u, 0.0) ** 2 / 2] if curved else []
-    design = np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2, *near])
-    weights = np.sqrt(part.count / part.count.mean())
-    fit = np.linalg.lstsq(design * weights[:, None], part.height * weights, rcond=None)[0]
-    return fit, (design @ fit - part.height) * weights
+    weights: Array = np.sqrt(part.count / part.count.mean())
+    return np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2, *near]) * weights[:, None], weights
+
+
+def _slopes(part: Profile, place: float, length: float, curved: bool) -> Array:
+    """Return (n, 2): how the weighted residuals change with place and length while the other numbers fit (Golub and Pereyra, 1973)."""
+    design, weights = _design(part, place, length, curved)
+    u = part.at - place
+    decay = np.exp(-np.abs(u) / length) / 2
+    side = np.heaviside(u, 0.5)
+    near = [-np.minimum(u, 0.0)] if curved else []
+    moved = np.column_stack([0.0 * u, 0.0 * u - 1.0, side - np.sign(u) * decay, -np.maximum(u, 0.0), *near])
+    longer = np.zeros_like(moved)
+    longer[:, 2] = -decay * (1.0 + np.abs(u) / length)
+    inverse = np.linalg.pinv(design)
+    fit = inverse @ (part.height * weights)
+    left = design @ fit - part.height * weights
+    columns = []
+    for change in (moved, longer):
+        change *= weights[:, None]
+        direct = change @ fit
+        columns.append(direct - design @ (inverse @ direct) - inverse.T @ (change.T @ left))
+    return np.column_stack(columns)

@@ -1,0 +1,37 @@
+"""Points by the cells of a grid that they lie in."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Cells", "cells_of"]
+
+Ints = npt.NDArray[np.int64]
+
+
+class Cells(NamedTuple):
+    """Cells in the order of their numbers: (n, k) int64, and of each its first point and how many lie in it, (n,) int64.
+
+    `which` (m,) int64 is the place of the cell of each point.
+    """
+
+    cells: Ints
+    first: Ints
+    which: Ints
+    counts: Ints
+
+
+def cells_of(numbers: Ints) -> Cells:
+    """Return the cells that points lie in, by the numbers of the cell of each, (m, k) int64."""
+    try:  # one number a cell is sorted in a quarter of the time
+        low = numbers.min(axis=0)
+        span = tuple(int(last) - int(first) + 1 for first, last in zip(low, numbers.max(axis=0), strict=True))
+        key = np.ravel_multi_index(tuple((numbers - low).T), span)
+    except (ValueError, OverflowError):  # no point, or too many cells between the outermost for one number
+        key = numbers
+    axis = 0 if key.ndim > 1 else None
+    _, first, which, count = np.unique(key, axis=axis, return_index=True, return_inverse=True, return_counts=True)
+    return Cells(numbers[first], first, which.ravel(), count)
