@@ -24,6 +24,7 @@ from typing import Any
 
 from stretch_bt.errors import MocksError, StretchError
 from stretch_bt.runtime.check import check_file
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import run
 from stretch_bt.tree.ports import Behavior
 
@@ -41,7 +42,7 @@ VALUES = {
     "bool": (["True", "np.bool_(False)"], ["1", "None", "'true'", "np.array([True, False])", "0.0"]),
     "str": (["'a'", "''"], ["1", "None", "b'a'", "['a']", "object()"]),
     "Literal['mean', 'either']": (["'mean'"], ["'maen'", "None", "1", "'Mean'"]),
-    "list[Length]": (["[0.1, 1]", "()", "[np.float64(1)]"], ["0.1", "'ab'", "[None]", "['1 mm']", "[float('nan')]", "{0.1}", "np.zeros(2)"]),
+    "list[Length]": (["[0.1, 1]", "()", "[np.float64(1)]", "np.zeros(2)"], ["0.1", "'ab'", "[None]", "['1 mm']", "[float('nan')]", "{0.1}", "np.zeros((2, 2))"]),  # noqa: E501
 }  # fmt: skip
 #: what code of a node may raise -> how the run ends then
 RAISES = {
@@ -236,7 +237,7 @@ def prints(rng: random.Random) -> tuple[str, str, set[str]]:
     """Return a node that prints, and has a repr that breaks."""
     return (
         "    y: Out[Length]\n    def __repr__(self):\n        return 1 / 0\n",
-        "        print(self.y)\n        self.y = 1\n",
+        "        self.y = 1\n        print(self.y)\n",
         {"SUCCESS"},
     )
 
@@ -340,9 +341,9 @@ def check_and_run(path: Path, record: Path) -> str:
     return f"run to {result.status}"
 
 
-def few_ticks(runner: Any) -> None:
+def few_ticks(runner: Runner) -> None:
     """End what waits for ever sooner than a user would."""
-    runner.max_ticks = min(runner.max_ticks or 2000, 2000)
+    runner._max_ticks = min(runner._max_ticks or 2000, 2000)
 
 
 def main(count: int, seed: int) -> int:

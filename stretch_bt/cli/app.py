@@ -25,7 +25,7 @@ class _Commands(Group):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.commands = Commands(cli)
+        self.commands: Any = Commands(cli)
 
     def invoke(self, ctx: Any) -> Any:
         """Carry out the command that was named."""
@@ -118,6 +118,10 @@ def _check_given(words: list[str]) -> None:
 
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
+    commands = Commands(cli)
+    for name in sys.argv[1:2]:
+        if name in commands:
+            commands[name]  # made while a signal still ends the process at once
     if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
         stops.way = "raise"
     try:

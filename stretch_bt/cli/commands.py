@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import UserDict
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
@@ -16,7 +16,7 @@ from typer.main import get_command
 __all__ = ["Commands", "Group"]
 
 
-class Commands(UserDict[str, Any]):
+class Commands(Mapping[str, Any]):
     """Commands by name, each imported and made when it is asked for: a run needs one of twenty.
 
     Parameters
@@ -27,16 +27,23 @@ class Commands(UserDict[str, Any]):
 
     def __init__(self, package: ModuleType) -> None:
         found = sorted(iter_modules(package.__path__), key=lambda module: module.ispkg)
-        super().__init__(
-            {
-                module.name.removeprefix("command_").replace("_", "-"): f"{package.__name__}.{module.name}"
-                for module in found
-                if module.ispkg or module.name.startswith("command_")
-            }
-        )
+        self._modules = {
+            module.name.removeprefix("command_").replace("_", "-"): f"{package.__name__}.{module.name}"
+            for module in found
+            if module.ispkg or module.name.startswith("command_")
+        }
 
     def __getitem__(self, name: str) -> Any:
-        return _made(name, self.data[name])
+        return _made(name, self._modules[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._modules)
+
+    def __len__(self) -> int:
+        return len(self._modules)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._modules
 
 
 class Group(TyperGroup):
@@ -45,6 +52,12 @@ class Group(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names."""
         return list(self.commands)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, or None where none has that name; what goes wrong while one is made is not hidden."""
+        if cmd_name not in self.commands:
+            return None
+        return self.commands[cmd_name]
 
 
 @cache

@@ -13,9 +13,10 @@ Ints = npt.NDArray[np.int64]
 
 
 class Cells(NamedTuple):
-    """Cells in the order of their numbers: (n, k) int64, and of each its first point and how many lie in it, (n,) int64.
+    """Cells in the order of their numbers.
 
-    `which` (m,) int64 is the place of the cell of each point.
+    `cells` is (n, k) int64, their numbers; `first` (n,) int64, the first point in each; `which` (m,) int64, the cell of each point;
+    `counts` (n,) int64, how many points lie in each.
     """
 
     cells: Ints

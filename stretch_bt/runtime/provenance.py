@@ -52,7 +52,7 @@ def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | No
     found = {}
     for name, module in sorted(sys.modules.items()):
         file = str(getattr(module, "__file__", None) or "")
-        beside = home is not None and file.startswith(str(home)) and Path(file).parent == home
+        beside = home is not None and home.name.casefold() in file.casefold() and Path(file).parent == home
         if file.endswith(".py") and (beside or name.partition(".")[0] in tops):
             found[name] = _about(Path(file))
     return found

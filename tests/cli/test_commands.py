@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import stretch_bt.cli
-from stretch_bt.cli.commands import Commands
+from stretch_bt.cli.commands import Commands, Group
 from stretch_bt.tree.flow import CONSTRUCTS
 
 MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
@@ -300,7 +300,16 @@ def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
 def test_help_names_every_command(cli):
     _, out, _ = cli("--help")
     for command in Commands(stretch_bt.cli):
-        assert command in out
+        assert f" {command} " in out
+
+
+def test_a_command_that_cannot_be_made_is_not_one_that_was_misspelt(monkeypatch):
+    def broken(name, module):
+        raise KeyError(module)
+
+    monkeypatch.setattr("stretch_bt.cli.commands._made", broken)
+    with pytest.raises(KeyError, match="command_press"):
+        Group(commands=Commands(stretch_bt.cli)).get_command(None, "press")
 
 
 def test_press_json_is_the_contract(cli, tmp_path):

@@ -86,7 +86,7 @@ def _spectra(count: int) -> Array:
     for row, half in zip(rows, _half_widths(count), strict=True):
         weights = _weights(half)
         row[: half + 1], row[-half:] = weights[half:], weights[:half]
-    return np.asarray(np.fft.fft(rows).real)
+    return np.ascontiguousarray(np.fft.fft(rows).real)
 
 
 @lru_cache(maxsize=8)
@@ -95,9 +95,9 @@ def _sizes(count: int) -> Array:
     return np.array([[float(np.linalg.norm(_weights(half)))] for half in _half_widths(count)])
 
 
-def _fits(curves: Curve) -> Curve:
-    """Return (..., k, n): the local quadratics of each half width at the samples of closed curves (..., n)."""
-    return np.asarray(np.fft.ifft(np.fft.fft(curves)[..., None, :] * _spectra(curves.shape[-1])))
+def _fits(curve: Curve) -> Curve:
+    """Return (k, n): the local quadratics of each half width at the samples of a closed curve (n,)."""
+    return np.asarray(np.fft.ifft(np.fft.fft(curve) * _spectra(len(curve))))
 
 
 def _normals(curve: Curve) -> Curve:
@@ -139,11 +139,11 @@ def _widths(curve: Curve, fits: Curve) -> npt.NDArray[np.int64]:
     return np.asarray(np.maximum(agree - 1, 0))
 
 
-def _taken(curves: Curve, fits: Curve, which: npt.NDArray[np.int64]) -> Curve:
-    """Return curves (..., n) with the fits (..., k, n) that are taken, and a part of what they leave."""
+def _taken(curve: Curve, fits: Curve, which: npt.NDArray[np.int64]) -> Curve:
+    """Return a curve (n,) with the fits (k, n) that are taken, and a part of what they leave."""
     at = np.arange(len(which))
-    found = fits[..., which, at]
-    return np.asarray(found + GIVEN_BACK * _fits(curves - found)[..., which, at])
+    found = fits[which, at]
+    return np.asarray(found + GIVEN_BACK * _fits(curve - found)[which, at])
 
 
 def lengthened(curve: Curve) -> float:
@@ -157,7 +157,7 @@ def lengthened(curve: Curve) -> float:
     sides = np.roll(inside, -1) - inside
     lengths = np.maximum(np.abs(sides), LEAST_SIDE * spacing_of(inside))
     noise = redrawn(curve, REDRAWN) - inside
-    strays = _taken(noise, _fits(noise), which)
+    strays = np.array([_taken(each, _fits(each), which) for each in noise])
     across = ((np.roll(strays, -1, axis=-1) - strays) * np.conj(sides)).imag / lengths
     return float(np.mean(np.sum(across**2 / lengths, axis=-1))) / 2.0 / perimeter_of(inside)
 

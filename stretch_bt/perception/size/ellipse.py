@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.size.hypothesis import Measured
-from stretch_bt.perception.size.round_shape import RoundShape
+from stretch_bt.perception.size.round_shape import SMALLEST, RoundShape
 
 __all__ = ["Ellipse"]
 
@@ -32,7 +32,8 @@ class Ellipse(RoundShape):
     def log_prior(self, q: Array) -> float:
         """Return the logarithm of the prior density, with that of the ratio of the axes over the half axis along j."""
         ratio = math.log(q[2] / q[3]) / ASPECT_SD if min(q[2], q[3]) > 0.0 else math.inf
-        return super().log_prior(q) - 0.5 * ratio**2 - math.log(ASPECT_SD * math.sqrt(2.0 * math.pi) * abs(q[3]))
+        second = max(abs(float(q[3])), SMALLEST)
+        return super().log_prior(q) - 0.5 * ratio**2 - math.log(ASPECT_SD * math.sqrt(2.0 * math.pi) * second)
 
     def measure(self, q: Array, covariance: Array) -> Measured:
         """Return the sizes; their sd grows with the ratio of the axes, as the prior is that of round contacts."""

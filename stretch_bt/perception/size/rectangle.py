@@ -111,7 +111,7 @@ class Rectangle:
     def log_prior(self, q: Array) -> float:
         """Return the logarithm of the prior density, with those of the sides' ratio and, a quarter turn wide, the rotation."""
         against, _ = self.prior(q)
-        depth, second = max(float(q[HEIGHT]), 1e-4), abs(float(q[3]))
+        depth, second = max(float(q[HEIGHT]), 1e-4), max(abs(float(q[3])), SMALLEST)
         scale = float(np.log(np.diag(self._whitener)).sum()) - 2.0 * math.log(TILT_SD) - COUNT * math.log(depth)
         skirt = scale - 0.5 * float(against @ against) - 0.5 * against.size * math.log(2.0 * math.pi)
         ratio = math.log(q[2] / q[3]) / ASPECT_SD if min(q[2], q[3]) > 0.0 else math.inf

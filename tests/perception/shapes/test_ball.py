@@ -81,6 +81,17 @@ def spheres(body, ratio, white, smooth, seeds):
     return found
 
 
+def test_the_membrane_is_in_equilibrium_off_the_body_and_nowhere_below_it():
+    x, y, z = membrane(ball, 5.0)
+    heights, there = ball(*np.meshgrid(x, y))
+    beside = np.pad(z, ((0, 0), (1, 1)), mode="reflect")
+    pull = (beside[:, 2:] + beside[:, :-2] - 2 * z)[1:-1] + 5.0 * (z[2:] + z[:-2] - 2 * z[1:-1])
+    off = ~there[1:-1] | (z > heights + 1e-6)[1:-1]
+    assert np.abs(pull[off]).max() < 1e-7
+    assert (z[there] >= heights[there]).all()
+    assert not z[[0, -1]].any()
+
+
 @pytest.mark.parametrize(
     ("number", "white", "smooth"),
     [(4, 0.3e-3, 0), (15, 0.1e-3, 0.1e-3), (20, 0.1e-3, 0.1e-3), (30, 0.05e-3, 0), (37, 0.05e-3, 0)],
