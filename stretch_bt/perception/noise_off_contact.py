@@ -193,7 +193,10 @@ def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
     kept = _kept(rest, there)
     square, c = rest[kept] ** 2, bent[kept]
     grows = 1.0 + BY_CURVATURE[:, None] * (c / np.float32(max(quantile(c), 1e-30)))
-    variance = np.maximum((1.0 / grows) @ square / square.size, 1e-24)
+    shares = np.mean(
+        square / grows, axis=1, dtype=np.float64
+    )  # no product of BLAS, whose last digits are the processor's
+    variance = np.maximum(shares, 1e-24)
     count = square.size * STEP**2 / PATCH
     likely = -0.5 * count * (np.log(variance) + np.log(grows).mean(axis=1))
     best = int(likely[1:].argmax()) + 1

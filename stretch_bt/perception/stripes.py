@@ -107,7 +107,8 @@ def _of_columns(height: Image, seen: MaskArray) -> float:
     if blocks < LEAST_BLOCKS or wide < LEAST_LINES:
         return 0.0
     whole = cv2.erode(seen.view(np.uint8), AROUND, borderType=cv2.BORDER_CONSTANT, borderValue=0.0)
-    left = cv2.filter2D(height, cv2.CV_32F, FOURTH, borderType=cv2.BORDER_REPLICATE) * whole
+    filtered = cv2.filter2D(height, cv2.CV_32F, FOURTH, borderType=cv2.BORDER_REPLICATE)
+    left = np.where(whole, filtered, np.float32(0))  # beside pixels that are not seen it may be no number
     count = np.asarray(cv2.reduce(whole[: blocks * deep], 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F))[0]
     lines = np.flatnonzero(count > LEAST_SEEN * blocks * deep)
     if lines.size < LEAST_LINES:

@@ -29,6 +29,12 @@ def frame(depth, added):
     return DepthFrame(raw, UNIT, CAMERA, 0.0, 0, DISTANCE, hand_height=0.0, stretch=0.016)
 
 
+def test_what_is_not_seen_may_be_any_number():
+    image = noise(np.random.default_rng(1), 1e-4, 3e-4, 0.0).astype(np.float32)
+    seen = np.random.default_rng(2).random(SHAPE) > 0.02
+    assert stripes_of(np.where(seen, image, np.float32(1e38)), seen) == stripes_of(image, seen)
+
+
 @pytest.mark.parametrize(
     ("white", "rows", "columns"), [(0.1, 0.3, 0.0), (0.1, 0.0, 0.05), (0.3, 0.2, 0.2), (0.02, 0.0, 0.1)]
 )
