@@ -104,6 +104,7 @@ class Mocks:
         MocksError
             There are any, or mistakes that were found while the tree was built.
         """
+        self._check_tree(program.document)
         paths = [*built.nodes, *self.replaced]
         idle = [rule for rule in self.rules if rule.matched == 0]
         every = list(build(program, RunContext()).nodes) if idle else []
@@ -121,6 +122,16 @@ class Mocks:
         if self.diagnostics:
             found = dict.fromkeys(self.diagnostics)
             raise MocksError(sorted(found, key=lambda d: (d.file, d.line, d.column)))
+
+    def _check_tree(self, document: Document) -> None:
+        """Raise MocksError where no pattern means a node and the file is for another tree: that is one mistake, and not one a pattern."""
+        if self.tree is None or not self.rules or self.replaced:
+            return
+        wanted, given = Path(self.tree.text).stem, Path(document.file).stem
+        if wanted != given:
+            message = f"these mocks are for the tree {wanted!r} and match no node of {given!r}"
+            hint = f"give mocks for {given!r}, or run {wanted!r}"
+            raise MocksError([self.tree.mark.error("mock-unmatched", message, hint)])
 
     def _idle(self, rule: Mock, paths: list[str], every: list[str]) -> None:
         above = self.rules[: self.rules.index(rule)]

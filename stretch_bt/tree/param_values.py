@@ -61,8 +61,8 @@ def _unknown(doc: Document, name: str) -> None:
     known = [*doc.params, *(f"{p}.{n}" for p, d in doc.imports.items() for n in d.params)]
     now = renamed(Path(doc.file).stem, name)
     hint = f"it is called {now!r} now: write '--set {now}=...'" if now else did_you_mean(name, known)
-    at = Mark("--set", 1, 1, len(name))
-    doc.diagnostics.append(at.error("param-unknown", f"there is no parameter {name!r}", hint))
+    at, message = Mark("--set", 1, 1, len(name)), f"there is no parameter {doc.prefix + name!r}"
+    doc.diagnostics.append(at.error("param-unknown", message, hint or "its file has no parameters"))
 
 
 def _given(text: Any, type_: Type, mark: Mark) -> Value:

@@ -216,7 +216,7 @@ def test_commands_that_are_confirmed_and_not_obeyed(make_cell, clock, kind):
     cell = make_cell(kind)
     cell.stand_in.inject("deaf")
     motion = cell.devices["gripper"].move(0.1, speed=0.05, owner="a")
-    assert "does not do what it was told" in str(fault_of(motion, clock))
+    assert "does not follow its command" in str(fault_of(motion, clock))
 
 
 @pytest.mark.parametrize("kind", ["robotiq-tcp", "urcap"])

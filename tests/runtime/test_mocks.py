@@ -103,6 +103,15 @@ def test_a_mock_takes_its_time_on_the_clock_of_the_run(mocked: Any) -> None:
     assert slow.wall_seconds < 5
 
 
+def test_mocks_of_another_tree_are_one_mistake() -> None:
+    shipped = Path(__file__).parents[1] / "trees" / "mocks" / "palpate_stiffness_success.yaml"
+    with pytest.raises(
+        MocksError, match="for the tree 'palpate_stiffness' and match no node of 'watch_contact'"
+    ) as told:
+        run("watch_contact", mocks=shipped)
+    assert len(told.value.diagnostics) == 1
+
+
 def test_parts_of_a_called_tree_are_mocked_one_by_one(mocked: Any) -> None:
     result = mocked(
         'match: "**/capture", outputs: {frame: {time: 1 s}}',

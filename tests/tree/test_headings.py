@@ -73,6 +73,7 @@ WRONG = [
     ("dept", "4 mm", "param-unknown", 1, "did you mean 'depth'?"),
     ("lib.rset", "4 s", "param-unknown", 1, "did you mean 'rest'?"),
     ("rest", "4 s", "param-unknown", 1, "did you mean 'lib.rest'?"),
+    ("lib.frame", "4", "param-unknown", 1, "known here: rest"),
     ("depth", "4", "unit-missing", 7, "write '4 mm'"),
     ("depth", "4 N", "unit-mismatch", 7, "mm"),
     ("depth", "4 MM", "unit-unknown", 7, "write '4 mm'"),

@@ -118,7 +118,7 @@ class AtiForceSensor(ForceSensorDriver):
         if silent > self.options.lost_after:
             raise DeviceLost(self.name, self._why(receiver, silent))
         if newest.record.status:
-            reason = f"the sensor tells of status {newest.record.status:08X}: {status_text(newest.record.status)}"
+            reason = f"the sensor reports status {newest.record.status:08X}: {status_text(newest.record.status)}"
             raise DeviceFault(self.name, f"{reason}; take its load off, look at its manual, then start a new run")
         return newest
 

@@ -160,7 +160,7 @@ class Receiver:
         if self._kept and gone > self._lost_after:
             self._note(f"it was silent for {gone:.2g} s, and sends again")
         if record.status:
-            self._note(f"the sensor told of status {record.status:08X}: {status_text(record.status)}")
+            self._note(f"the sensor reported status {record.status:08X}: {status_text(record.status)}")
         with self._lock:
             taken = self._now() - late
             if self._kept:  # how late records are is an estimate, and may rise by more than passed between two of them

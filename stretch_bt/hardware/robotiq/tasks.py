@@ -128,7 +128,7 @@ class Journey(Task):
 
     def _stuck(self, status: Status, heard: bool) -> DeviceFault:
         here, there = (f"{v * 1e3:.1f} mm" for v in (self._opening(status.position), self._target.opening))
-        why = "the fingers do not move" if heard else "it does not do what it was told"
+        why = "the fingers do not move" if heard else "it does not follow its command"
         return DeviceFault(
             self._device,
             f"{why}: they stand at {here} on the way to {there}; look at gripper and membrane, then start a new run",
