@@ -8,7 +8,7 @@ import sys
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
 from stretch_bt.forked import alone
-from stretch_bt.runtime.signals import signals
+from stretch_bt.runtime.signals import came, signals
 
 TYPE_CHECKING = False  # see stretch_bt/__init__.py
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def _code() -> int:
     outlets = Outlets()
     with alone():
         code = _carried_out(outlets)
-    lost = outlets.close(lambda: bool(stops.names))
+    lost = outlets.close(lambda: bool(came))  # a run takes those that come in it
     if lost is None:
         return code
     stops.say(f"error: cannot write to standard output: {lost.strerror}\n")

@@ -11,11 +11,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Any
 
-__all__ = ["SIGNALS", "First", "put_back", "signals", "unbroken"]
+__all__ = ["SIGNALS", "First", "came", "put_back", "signals", "unbroken"]
 
 #: what asks for a safe stop; the last is a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
+#: names of the signals that came since the outermost block began, whoever took them
+came: list[str] = []
 #: who takes signals, the last one first
 _receivers: list[Callable[[str], None]] = []
 #: the signals that are taken, and whether each was blocked before
@@ -23,6 +25,7 @@ _taken: dict[int, bool] = {}
 
 
 def _handle(number: int, _: Any) -> None:
+    came.append(signal.Signals(number).name)
     if _receivers:
         _receivers[-1](signal.Signals(number).name)
 
@@ -38,6 +41,8 @@ def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
         yield
         return
     kept: dict[int, Any] = {}
+    if not _receivers:
+        came.clear()
     _receivers.append(interrupt)
     try:
         for number in SIGNALS:

@@ -231,6 +231,15 @@ def test_a_signal_ends_a_run_whose_result_nobody_takes(own, full):
     assert (status, code) in (("SUCCESS", 0), ("SUCCESS", 130), ("INTERRUPTED", 130))
 
 
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_a_signal_in_a_tick_ends_a_run_whose_result_nobody_takes(own, full, words):
+    """The run had taken it, and the end waited for a reader all the same."""
+    env = {**os.environ, "STAGE": "tick"}
+    ended = called("run", "tree.yaml", "--out", "record", *words, env=env, stdout=full, stderr=full)
+    assert ended.returncode == 130
+    assert json.loads(Path("record/result.json").read_text())["status"] == "INTERRUPTED"
+
+
 def test_an_outlet_drops_pictures_and_keeps_results_in_their_order(full):
     kept, given = os.pipe()
     outlet = Outlet(given)
