@@ -2,8 +2,8 @@
 
 Run with `python benchmarks/signals.py [signals] [--seed N] [--at-once N]`. Each signal goes to a process of its own, which
 runs a small tree on the twin or on mocks. Its instant is drawn evenly over the processor time of a whole run, so a busy
-machine shifts nothing. SIGINT and SIGTERM take turns, as do four readers: standard error read, a full pipe that nobody
-reads, closed; standard output closed. What counts as wrong:
+machine shifts nothing. SIGINT and SIGTERM take turns, as do five readers: standard error read, a full pipe that nobody
+reads, closed; standard output closed, a full pipe. What counts as wrong:
 
 - `traceback`: one on standard error, or an exception that was ignored
 - `hang`: more than 1 s from the signal to the exit, without the time in which the process waited for a processor
@@ -55,7 +55,9 @@ mocks:
   - {match: "**/retract", after: 30 s}
 """
 DEVICES = ("twin", "mocks")
-READERS = ("stderr read", "stderr unread", "stderr closed", "stdout closed")
+READERS = ("stderr read", "stderr unread", "stderr closed", "stdout closed", "stdout unread")
+#: of these nothing is to be had
+SILENT = ("stdout closed", "stdout unread")
 WRONG = ("traceback", "hang", "exit", "json", "record", "moving")
 #: between a signal and the exit, s
 PROMPT = 1.0
@@ -124,7 +126,7 @@ def run(folder: Path, devices: str, reader: str, after: float, number: signal.Si
             command(devices, reader),
             cwd=folder,
             stdin=subprocess.DEVNULL,
-            stdout=out,
+            stdout=full if reader == "stdout unread" else out,
             stderr=full if reader == "stderr unread" else err,
         ) as process,
     ):
@@ -154,13 +156,13 @@ def judge(end: End, reader: str) -> str:
             end.wrong.add("exit")
         return "before main"
     found = result_of(end)
-    given = printed(end) if reader != "stdout closed" else found
+    given = found if reader in SILENT else printed(end)
     over = end.code == 0 and (given or {}).get("status") == "SUCCESS"
     wrong = {
         "traceback": told,
         "hang": end.waited > PROMPT,
         "exit": end.code != 130 and not over,
-        "json": reader != "stdout closed" and (given or {}).get("status") != "INTERRUPTED" and not over,
+        "json": reader not in SILENT and (given or {}).get("status") != "INTERRUPTED" and not over,
         "record": end.record.exists() and (found is None or not agrees(given or found, found)),
         "moving": bool(moving(end.record)),
     }
@@ -243,8 +245,8 @@ def main() -> None:
         print(", ".join(f"a whole run on {name} takes {1e3 * t:.0f} ms of CPU" for name, t in times.items()))
         jobs: list[Job] = []
         for count in range(given.signals):
-            case = DEVICES[count % 2], READERS[count // 2 % 4]
-            number = (signal.SIGINT, signal.SIGTERM)[count // 8 % 2]
+            case = DEVICES[count % 2], READERS[count // 2 % len(READERS)]
+            number = (signal.SIGINT, signal.SIGTERM)[count // (2 * len(READERS)) % 2]
             after = draw.uniform(0.0, times[case[0]])
             jobs.append((case, number, after, pool.submit(run, folder / str(count), *case, after, number)))
         report(jobs)
