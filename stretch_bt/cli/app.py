@@ -20,12 +20,15 @@ from stretch_bt.errors import InvalidInput, StretchError, writable
 __all__ = ["app", "carry_out", "main"]
 
 
+COMMANDS = Commands(cli)
+
+
 class _Commands(Group):
     """All commands; what makes one end before it began is kept for its JSON."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.commands: Any = Commands(cli)
+        self.commands: Any = COMMANDS
 
     def invoke(self, ctx: Any) -> Any:
         """Carry out the command that was named."""
@@ -118,10 +121,9 @@ def _check_given(words: list[str]) -> None:
 
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
-    commands = Commands(cli)
     for name in sys.argv[1:2]:
-        if name in commands:
-            commands[name]  # made while a signal still ends the process at once
+        if name in COMMANDS:
+            COMMANDS[name]  # made while a signal still ends the process at once
     if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
         stops.way = "raise"
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,11 @@ class Cells(NamedTuple):
     first: Ints
     which: Ints
     counts: Ints
+
+    def means(self, values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+        """Return (n,) the mean of some values (m,) of the points in each."""
+        found: npt.NDArray[np.float64] = np.bincount(self.which, values) / self.counts
+        return found
 
 
 def cells_of(numbers: Ints) -> Cells:

@@ -245,8 +245,7 @@ def _cells(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
     """Return means of x, y and z in the squares of a grid over the membrane, its rims left out."""
     points = flat[on]
     points = points[np.abs(points[:, 1] - middle) < _INSIDE * half]
-    _, _, which, count = cells_of(np.round(points[:, :2] / _CELL).astype(np.int64))
-    sums = np.column_stack([np.bincount(which, points[:, k]) for k in range(3)])
-    full = count > 0.5 * count.max()
-    x, y, z = (sums[full] / count[full, None]).T
+    cells = cells_of(np.round(points[:, :2] / _CELL).astype(np.int64))
+    full = cells.counts > 0.5 * cells.counts.max()
+    x, y, z = (cells.means(along)[full] for along in points.T)
     return x, y, z

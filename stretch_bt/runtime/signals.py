@@ -25,9 +25,10 @@ _taken: dict[int, bool] = {}
 
 
 def _handle(number: int, _: Any) -> None:
-    came.append(signal.Signals(number).name)
+    name = signal.Signals(number).name
+    came.append(name)
     if _receivers:
-        _receivers[-1](signal.Signals(number).name)
+        _receivers[-1](name)
 
 
 @contextmanager

@@ -117,8 +117,7 @@ def _cells(places: Any) -> list[tuple[int, ...]]:
 
 def _rms(off: Any, points: Any) -> float:
     """Return the root mean square over cells of 1 mm, as seen from above: what was felt has more points than what is told beside it."""
-    _, _, which, count = cells_of(np.floor(points[:, :2] / 1e-3).astype(np.int64))
-    return float(np.sqrt(np.mean(np.bincount(which, off**2) / count)))
+    return float(np.sqrt(np.mean(cells_of(np.floor(points[:, :2] / 1e-3).astype(np.int64)).means(off**2))))
 
 
 class _Forces(Onlooker):

@@ -49,9 +49,8 @@ def press_once(scene: Scene, seed: int) -> dict[str, float]:
 def highest(frame: DepthFrame) -> float:
     """Return the world height, m, of the highest place of a size of 2 mm."""
     points = _points(frame)
-    _, _, which, counts = cells_of(np.round(points[:, :2] / _TOP).astype(np.int64))
-    means = np.bincount(which, points[:, 2]) / counts
-    return float(means[counts > counts.max() / 2].max()) + (frame.hand_height or 0.0)
+    cells = cells_of(np.round(points[:, :2] / _TOP).astype(np.int64))
+    return float(cells.means(points[:, 2])[cells.counts > cells.counts.max() / 2].max()) + (frame.hand_height or 0.0)
 
 
 def _points(frame: DepthFrame) -> Points:

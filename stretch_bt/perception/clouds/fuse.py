@@ -104,18 +104,15 @@ def _sighting(points: Array, rays: Array, noise: Array, cloud: Cloud) -> Cloud:
     middle = (cells + 0.5) * cloud.cell
     # The heights of a column are those at its middle, so that contacts which saw other spots of it agree.
     height = points[:, axis] + ((middle - points[:, across]) * slope).sum(axis=1)
-    _, first, which, count = cells_of(cells)
-
-    def mean(values: Array) -> Array:
-        return np.bincount(which, values) / count
-
+    found = cells_of(cells)
+    first = found.first
     at = np.empty((len(first), 3))
-    at[:, across], at[:, axis] = middle[first], mean(height)
-    seen_from = np.column_stack([mean(ray) for ray in rays.T])
+    at[:, across], at[:, axis] = middle[first], found.means(height)
+    seen_from = np.column_stack([found.means(ray) for ray in rays.T])
     seen_from /= np.linalg.norm(seen_from, axis=1, keepdims=True)
-    columns = np.column_stack([np.full(len(first), axis), cells[first]])
+    columns = np.column_stack([np.full(len(first), axis), found.cells])
     once = np.ones(len(first), dtype=np.int64)
-    return Cloud(at, mean(noise), seen_from, once, columns, cloud.frame, cloud.cell, cloud.floor, 1)
+    return Cloud(at, found.means(noise), seen_from, once, columns, cloud.frame, cloud.cell, cloud.floor, 1)
 
 
 def _slopes(places: Array, heights: Array, noise: float) -> tuple[Array, npt.NDArray[np.bool_]]:

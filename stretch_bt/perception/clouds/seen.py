@@ -84,11 +84,11 @@ def view_of(
         )
     low, clear = _placed(deep, deep_pose, half_length)
     high, _ = _placed(shallow, shallow_pose, half_length)
-    cells, _, which, count = cells_of(_index(low, cell))
-    heights, free = _means(which, low[:, 2], count), _means(which, clear, count) > 0.99
+    found = cells_of(_index(low, cell))
+    cells, heights, free = found.cells, found.means(low[:, 2]), found.means(clear) > 0.99
     above = _heights_at(cells, high, cell)
     stayed = _stayed(heights, above - heights, rise)
-    whole = count >= 0.3 * np.median(count)
+    whole = found.counts >= 0.3 * np.median(found.counts)
     cut = int((stayed & ~free).sum()) > FEWEST
     at = (*deep_pose.position[:2], turn_of(deep_pose))
     touched, hung = (stayed & free & told for told in _lying(cells, heights, stayed, at[2], cell))
@@ -135,10 +135,6 @@ def _placed(surface: FloatArray, pose: Pose, half_length: float) -> tuple[Array,
 
 def _index(points: Array, cell: float) -> npt.NDArray[np.int64]:
     return np.floor(points[:, :2] / cell).astype(np.int64)
-
-
-def _means(which: npt.NDArray[np.int64], values: Array, count: npt.NDArray[np.int64]) -> Array:
-    return np.bincount(which, values) / count
 
 
 def _heights_at(cells: npt.NDArray[np.int64], points: Array, cell: float) -> Array:

@@ -164,9 +164,9 @@ def lengthened(curve: Curve) -> float:
 
 def noise_of(curve: Curve) -> tuple[float, float]:
     """Return the standard deviation of a curve's noise across it, and its correlation from one sample to the next."""
-    normal = _normals(curve)
-    left = ((curve - smoothed(curve)) * np.conj(normal)).real
-    sd = max(_noise_sd(curve, normal, _fits(curve)), 1.4826 * float(np.median(np.abs(left))))
+    normal, fits = _normals(curve), _fits(curve)
+    left = ((curve - _taken(curve, fits, _widths(curve, fits))) * np.conj(normal)).real
+    sd = max(_noise_sd(curve, normal, fits), 1.4826 * float(np.median(np.abs(left))))
     left = np.clip(left, -STRAY * sd, STRAY * sd)
     power = float(left @ left)
     return sd, float(np.clip(left @ np.roll(left, 1) / power, 0.0, 0.9)) if power > 0 else 0.0
