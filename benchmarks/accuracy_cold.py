@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from stretch_bt.accuracy import domains, measure
 
-ONE = "one"  # word by which this script calls itself
+ONE = "one"  # the word with which this script calls itself
 LIMIT = 1.3
 
 

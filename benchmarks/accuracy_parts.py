@@ -3,8 +3,8 @@
     python -m benchmarks.accuracy_parts FOLDER [NAME ...] [--workers 16] [--minutes 1] [--commit SHA]
 
 Each domain is cut into parts of about so many minutes of CPU time. A part is a process of its own with one thread, longest first, and its rows
-are FOLDER/NAME.K.jsonl once it is done; a part that is there is not run again. What there is of all parts is then the page in FOLDER/page.
-`--commit` is what made the rows where git does not know.
+are FOLDER/NAME.K.jsonl once it is done; a part that is there is not run again. The page in FOLDER/page is made of all parts that are there.
+`--commit` names the commit that made the rows where git does not know.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from stretch_bt.accuracy.file import merged, read, write
 from stretch_bt.accuracy.kernels import load_kernels
 from stretch_bt.accuracy.points import Row
 
-ONE = "one"  # word by which this script calls itself
+ONE = "one"  # the word with which this script calls itself
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 

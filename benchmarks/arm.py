@@ -1,8 +1,8 @@
 """What an arm costs over its wires, and how each fault of its controller ends a motion, on loopback.
 
-Run with `python benchmarks/arm.py [rounds] [ur|ur5e]`. Each fault comes while the hand goes down at 50 mm/s. `told` is the longest time
-until the motion said so, by this machine's clock; `moved` the longest time for which the hand went on, by the controller's clock, and
-`way` the longest way, mm. After each fault the arm is opened anew and moved again; what does not come back is counted under `lost`.
+Run with `python benchmarks/arm.py [rounds] [ur|ur5e]`. Each fault comes while the hand goes down at 50 mm/s. `known` is the longest time
+until the motion reported it, by this machine's clock; `moved` the longest time for which the hand went on, by the controller's clock, and
+`way` the longest way, mm. After each fault the arm is opened anew and moved again; `lost` counts how often it does not come back.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def under_way(arm: UrArm, stand_in: Ur5StandIn) -> Poll:
 
 
 def ended(arm: UrArm, stand_in: Ur5StandIn, cause: Callable[[], None]) -> tuple[float, float, float, str]:
-    """Return how a cause ends a motion: time until told, s, time and way for which the hand went on, s and m, and what was said."""
+    """Return how a cause ends a motion: time until the report, s, time and way for which the hand went on, s and m, and the reason given."""
     poll = under_way(arm, stand_in)
     begun, before = time.monotonic(), stand_in.state()
     cause()
@@ -118,7 +118,7 @@ def ended(arm: UrArm, stand_in: Ur5StandIn, cause: Callable[[], None]) -> tuple[
 
 def faults(arm: UrArm, stand_in: Ur5StandIn, rounds: int) -> None:
     """Print how each fault ends a motion."""
-    print(f"{'fault':18s}{'rounds':>7s}{'told, s':>9s}{'moved, s':>9s}{'way, mm':>9s}{'lost':>6s}  said at last")
+    print(f"{'fault':18s}{'rounds':>7s}{'known, s':>9s}{'moved, s':>9s}{'way, mm':>9s}{'lost':>6s}  said at last")
     causes: dict[str, Callable[[], None]] = {
         name: partial(stand_in.inject, name, PARAMETERS.get(name)) for name in stand_in.FAULTS if name not in OTHERS
     }

@@ -4,7 +4,7 @@ Run with `python benchmarks/arm_losses.py [rounds] [ur|ur5e] [word ...]`; words 
 process of its own. In each round a run retracts the hand at 20 or 250 mm/s until one loss comes. All times and the way are by the
 stand-in's clock: `stood`, from the loss until the hand stood; `way`, how far it went; `over`, from the loss until the run was over, its
 record and report written. Asked: the hand stands within 0.3 s at 20 mm/s and 0.45 s at 250 mm/s and does not move again, the run ends as
-FAULT within 1 s, and no program runs after it. What is not so is printed, and counted under `bad`.
+FAULT within 1 s, and no program runs after it. Each breach is printed, and counted under `bad`.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Losing:
 
 
 def wrong(status: str, speed: float, rounds: Rounds, later: dict[str, Any]) -> Iterator[str]:
-    """Yield what was not as it is asked in the latest round; `later` is how the stand-in stood a while after it."""
+    """Yield each requirement that the latest round broke; `later` is the state of the stand-in a while after it."""
     if status != "FAULT":
         yield f"it ended as {status}"
     if rounds.stood[-1] > SPEEDS[speed]:

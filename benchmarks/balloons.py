@@ -129,7 +129,7 @@ def exact(drops: Array, radius: float, pressure: float, filling: Filling | None 
 
 
 def show_loads() -> None:
-    """Print the force under plate and hand beside that of an independent solver of 24 rings."""
+    """Print the force under plate and hand beside the force from an independent solver of 24 rings."""
     volume = cap_volume(RADIUS)
     fills: dict[str, Filling] = {
         "constant pressure": Gas(1.0),
@@ -223,7 +223,7 @@ def show_shape() -> None:
 def show_scenes() -> None:
     """Print the stiffness of the four balloons, settled and on first loading, and the ratios of neighbours."""
     drops = (1.0, 1.5, 2.0, 3.0)
-    print("stiffness N/mm at drops of " + ", ".join(f"{d:g}" for d in drops) + " mm, and over that of the one before")
+    print("stiffness N/mm at drops of " + ", ".join(f"{d:g}" for d in drops) + " mm, and ratio to the balloon before")
     before: list[float] = []
     for name in SCENES:
         found = [_balloon(name).secant(d * 1e-3) / 1e3 for d in drops]

@@ -4,8 +4,8 @@
     python benchmarks/bending.py fit [--bodies 140] [--first 0] [--keep FILE]
 
 Each body has a kind, sizes, a heading, a hand and a press drawn at random. `check` prints, by result and kind, the estimate over what
-bending changed: the median, the extremes, and how many are within a factor of 1.5. What is less than a tenth of the usual tolerance
-(3 % of force, 0.3 mm of height, 1 mm of size) and told to be less than a third of it is left out. `fit` prints the laws of
+bending changed: the median, the extremes, and how many are within a factor of 1.5. A change below a tenth of the usual tolerance
+(3 % of force, 0.3 mm of height, 1 mm of size) is left out where its estimate is below a third of it. `fit` prints the laws of
 `simulation/effects/bending.py` as least squares of logarithms find them; it takes other bodies than `check` does.
 """
 
@@ -115,7 +115,7 @@ def _pressed(scene: Scene, body: Indenter | Several | None, bending: bool) -> tu
 
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[Row]:
-    """Yield what bending changes for bodies from a seed on; those that a file holds are not solved again."""
+    """Yield what bending changes for bodies from a seed on; bodies that a file holds are not solved again."""
     for (seed,), (kind, text, changed, why) in kept(_changed, [(first + k,) for k in range(count)], keep):
         if why:
             print(f"seed {seed}, {kind}: {why}")
@@ -124,7 +124,7 @@ def rows(first: int, count: int, keep: Path | None) -> Iterator[Row]:
 
 
 def _changed(seed: int) -> tuple[str, str, dict[str, float], str]:
-    """Return the kind and the scene of a body, what bending changes, and why nothing is known of that."""
+    """Return the kind and the scene of a body, the changes by bending, and the reason where there are none."""
     kind, text = drawn(np.random.default_rng(seed))
     try:
         return kind, text, changes(parse_scene(text)), ""
@@ -157,7 +157,7 @@ def _line(name: str, kind: str, values: Any) -> None:
 
 
 def fit(found: list[Row]) -> None:
-    """Print the law of each result by what holds the membrane up: what is there at 2, 10 and 10 mm, and the powers of each."""
+    """Print the law of each result by what holds the membrane up: its value at 2, 10 and 10 mm, and its powers of layer, contact and depth."""
     print(
         f"{'result':8s} {'held by':8s} {'bodies':>6s} {'there':>9s} {'bend':>6s} {'contact':>8s} {'depth':>6s}  rms factor"
     )

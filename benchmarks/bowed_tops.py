@@ -3,7 +3,7 @@
     python -m benchmarks.bowed_tops [--bodies 120] [--seed 0]
 
 Discs of 12 to 32 mm with edges of 0.7 to 6 mm, half of them flat, the others with tops whose radius is 1.5 to 60 times the disc's, are pressed
-3 to 12 mm deep into the solved sheet of a gauge of 80 to 110 mm, 1.2 to 2 mm thick, stretched by 0 to 60 mm. The lift is what the sheet stands
+3 to 12 mm deep into the solved sheet of a gauge of 80 to 110 mm, 1.2 to 2 mm thick, stretched by 0 to 60 mm. The lift is how far the sheet stands
 above the middle of the top. All of the sheet within the outermost place of contact counts as contact; there is no noise.
 """
 
@@ -33,12 +33,12 @@ from stretch_bt.units import Estimate
 STRETCHES = (0.0, 0.0, 10e-3, 20e-3, 40e-3, 60e-3)  # m
 PITCH, AROUND, STEEP = 0.25e-3, 3e-3, 8.0  # m between heights and beside the disc; slope of its side
 ROWS, COLUMNS = 221, 181
-MESH = 0.01e-3  # m, by which the sheet's mesh is off
+MESH = 0.01e-3  # m, standard deviation of the lift's error from the sheet's mesh
 
 
 @dataclass(frozen=True)
 class Bowed:
-    """A press: whether its top is flat, how far the sheet stands above it, m, and what is told of that."""
+    """A press: whether its top is flat, how far the sheet stands above it, m, and the estimate of that."""
 
     flat: bool
     lift: float
@@ -82,7 +82,7 @@ def heights(half: float, edge: float, radius: float) -> np.ndarray:
 
 
 def main() -> None:
-    """Print error over stated for flat tops and for those that bow."""
+    """Print error over stated for flat tops and for tops that bow."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", type=int, default=120)
     parser.add_argument("--seed", type=int, default=0)

@@ -1,8 +1,8 @@
 """The twin's depth camera: accuracy of its images and of its noise, beside CPU time.
 
 Run with `python benchmarks/camera.py [FOLDER]`; with a folder of frames of a real SR305 (16-bit PNG, counts of 0.125 mm) it
-compares their texture with the preset's. Times are medians of one thread. What an image is off and takes by itself, over the pitch of
-its grid, `stretch-bt accuracy camera` measures.
+compares their texture with the preset's. Times are medians of one thread. `stretch-bt accuracy camera` measures the error and the time
+of an image alone, over the pitch of its grid.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def other_ways() -> None:
 
 
 def effects_of(preset: str, names: set[str] | None = None) -> list[CameraEffect]:
-    """Return the effects of a preset in their order, or those of some names."""
+    """Return the effects of a preset in their order, or only the named ones."""
     found = []
     for name, effect in registry().items():
         if name in PRESETS[preset] and (names is None or name in names):

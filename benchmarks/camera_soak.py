@@ -1,7 +1,7 @@
 """A camera that is read for long over librealsense's software device: leaks, frames that are lost, and faults.
 
 Run with `python benchmarks/camera_soak.py [minutes]`. The stand-in is in a process of its own. Every tenth of the time a line: new frames
-that were read, the longest that two were apart, what the counters say, and memory, files and threads of this process and the driver's.
+that were read, the longest that two were apart, the counters, and memory, files and threads of this process and the driver's.
 After a fault that nobody injected, which is printed, the camera is opened anew.
 """
 

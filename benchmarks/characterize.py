@@ -1,9 +1,9 @@
-"""What the characterisation of a hand in the twin is off by, and what it costs.
+"""Errors and cost of the characterisation of a hand in the twin.
 
     python -m benchmarks.characterize [height] [force] [softening] [--seeds 4]
 
 `height` prints the error of the height of first contact of three indenters, over seeds; `force` runs the
-whole protocol `tasks` with one trial and compares each row with what the scene knows of it where the arm takes the hand to be;
+whole protocol `tasks` with one trial and compares each row with the scene's own force at the place where the arm takes the hand to be;
 `softening` prints the force of one press before and after the membrane was stretched, with the effect `mullins`.
 """
 

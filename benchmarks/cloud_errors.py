@@ -4,7 +4,7 @@
 
 Blocks, discs, half-cylinders (about their ends) and polyhedra of random sizes, headings, edges of 0.3 to 2 mm, stretches of 10 to 60 mm and
 depths, under a sheet that bends, with the noise of the bench camera; the presses of `flat_tops.py`. An error is the distance to the
-undeformed surface, root mean square over points, then over bodies with ten of them. `noise` is what it is over noise and floor alone,
+undeformed surface, root mean square over points, then over bodies with ten of them. `noise` is this error over noise and floor alone,
 `stated` over what the cloud states. A side is towards a clamp or a free side of the first press. Last comes how far inside an
 edge the bend over it ends, as `stand_off.py` has it: of points outside of edges, by how much it is bent.
 """

@@ -3,8 +3,8 @@
     python -m benchmarks.conformity
 
 Bodies of several sizes are pressed in the twin without camera noise, with the membrane's bending and without. `bends` is how far inside
-the true side or end the straight parts of the membrane meet, `rule` by how much `perception/solids/conformity.py` moves that, and `left`
-what is left; mm, on the mean over the sides. The offsets of ends and the standard deviations in that file are the means and the spreads
+the true side or end the straight parts of the membrane meet, `rule` how far `perception/solids/conformity.py` moves that, and `left`
+the residual; mm, on the mean over the sides. The offsets of ends and the standard deviations in that file are the means and the spreads
 of these.
 """
 

@@ -2,7 +2,7 @@
 
 Runs `contact_sensitivity` in the twin over seeds, by default with all noise of the bench camera; `--auto` leaves to the advisor what is on.
 Prints for each way of measuring the share of the grid that is measured to below a millimetre, the refusals, the mean errors, and how
-the absolute error goes with depth, stretch and diameter; then the maps. `--record` prints those of tables that were written before.
+the absolute error goes with depth, stretch and diameter; then the maps. `--record` prints the same of tables that were written before.
 """
 
 from __future__ import annotations

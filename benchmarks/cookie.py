@@ -1,4 +1,4 @@
-"""Cookies from drawn cubes of dough: what both trees make of them; rows are kept and can be taken up again.
+"""Cookies that both trees make from drawn cubes of dough; rows are kept, and a run can be taken up again.
 
     python benchmarks/cookie.py --keep FILE [--trees form_cookie form_cookie_fast] [--seeds 0-49] [--spin 0] [--table]
 
@@ -59,7 +59,7 @@ class Watch(Onlooker):
         runner.watchers.append(self)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Look at the lump whenever the time of rolling is told."""
+        """Look at the lump whenever the time of rolling is written."""
         if not key.endswith("rolling_time"):
             return
         self.rolled = float(value)
@@ -200,7 +200,7 @@ def table(tree: str, rows: list[dict[str, Any]]) -> str:
 
 
 def _errors(rows: list[dict[str, Any]], name: str, true: str) -> str:
-    """Return what is sensed less the truth, and that over its stated deviation."""
+    """Return the error of a sensed value, and the error over its stated deviation."""
     pairs = [(r["outputs"].get(name), r["outputs"].get(true, r.get(true)), r.get("sds", {}).get(name)) for r in rows]
     found = np.array([(told - known, sd) for told, known, sd in pairs if None not in (told, known, sd)]).reshape(-1, 2)
     if not len(found):

@@ -219,7 +219,7 @@ PLACE = re.compile(r"(run\.json|events\.jsonl|record\.mcap|result\.json):\d+:\d+
 
 
 def verdict(code: int | str, out: str, err: str, json_: bool, good: bool) -> str:
-    """Return what an answer is worth; `good` is whether the record reads as it was written."""
+    """Return the verdict on an answer; `good` is whether the record reads as it was written."""
     if isinstance(code, str):
         return f"BAD {code}"
     said = PLACE.search(err) is not None

@@ -4,7 +4,7 @@
 
 Five presses a scene with the noise of the bench camera, at stretch 0, 10 mm deep (12 mm on the snowman, 6 mm on paper, 8 mm on its
 pyramid, whose walls would buckle), 24 frames each. `error` is the mean absolute one, `worst` the largest, `stated` the mean standard
-deviation, `error/sd` the root mean square of their ratio, and `membrane` and `table` are by how much these steps corrected; mm.
+deviation, `error/sd` the root mean square of their ratio, and `membrane` and `table` are the corrections by these steps; mm.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Rolling and pressing dough: what comes out beside what is known, and CPU time; run as `python benchmarks/dough.py`.
+"""Rolling and pressing dough: results beside known figures, and CPU time; run as `python benchmarks/dough.py`.
 
-The known figures are of a separate code of the same model. What directions cost and give, and paths and spin beside that code,
-`stretch-bt accuracy dough` measures.
+The known figures are of a separate code of the same model. `stretch-bt accuracy dough` measures what directions cost and give, and
+paths and spin beside that code.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@ of 0.3. With `--nominal` both bodies roll without a run in the twin: under 1 Y R
 1.2 Y R^2 in 1 m for 1.2 m on the eight; `gentler` is 1.2 falling to 0.7.
 
 Both bodies are read alike: the radius from fourth moments up to the 8th harmonic (a cube has a spread of 0.104, and 0.945 as the
-mean circularity over 12 axes), beside the circularity of the outline after the press: of the twin the sector model's, of the points
-what the press made. `--on` rolls the circle on over the travel of the fast tree, at its last force. `volume` is that of
-the convex hull: what the points say of theirs themselves does not show how they drift apart.
+mean circularity over 12 axes), beside the circularity of the outline after the press: for the twin the sector model's outline, for the
+points the pressed one. `--on` rolls the circle on over the travel of the fast tree, at its last force. `volume` is the volume of
+the convex hull: the points' own volumes do not show how they drift apart.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Stop(Watch):
     lump: Lump
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Take it whenever the time of rolling is told."""
+        """Take it whenever the time of rolling is written."""
         super().write(key, value, sd, path)
         if key.endswith("rolling_time") and self.at_stop:
             self.lump = self.twin.world._past[-1].thing.rolled
@@ -134,7 +134,7 @@ def legs_of(tree: str, ball: float, count: int) -> Array:
 
 
 def stuff(lump: Draw) -> Stuff:
-    """Return what a drawn lump is made of."""
+    """Return the material of a drawn lump."""
     return Stuff(lump.yield_stress, lump.modulus)
 
 

@@ -1,10 +1,10 @@
-"""Very long runs, and what drifts in them: `make drift`, or `python benchmarks/drift.py [ticks] [presses] [revolutions] [--count N]`.
+"""Very long runs, and the quantities that drift in them: `make drift`, or `python benchmarks/drift.py [ticks] [presses] [revolutions] [--count N]`.
 
 ticks          1e6 ticks of a task on the twin without a record
 presses        1e5 presses of the sheet, each from the one before, with the same press again after every hundred
 revolutions    1e4 revolutions of a lump of dough on each of two paths, and the same with half of the step
 
-Memory must not grow, a step must not take longer in the end than at first, and what is the same must stay the same. Prints each
+Memory must not grow, a step must not take longer in the end than at first, and equal steps must give equal results. Prints each
 figure with its bound, and ends with 1 where one is beyond it. `--count` is for a quick look: how many of each.
 """
 

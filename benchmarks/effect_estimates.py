@@ -3,11 +3,11 @@
     python benchmarks/effect_estimates.py [press] [--scenes 40] [--first 5000] [--workers 1] [--keep FILE]
     python benchmarks/effect_estimates.py stiffness [--scenes 6] [--first 5000] [--workers 1] [--keep FILE]
 
-`press` presses random bodies and balloons that no estimate was fitted to, the settings of the sheet those of 1 % for all. Printed are,
+`press` presses random bodies and balloons that no estimate was fitted to, all with the sheet's settings for 1 %. It prints,
 by effect and result, the estimate over what the effect changed: the median, the extremes, how many are within a factor of two, and how
-many have the stated sign. What changes less than a tenth of the usual tolerance (3 % of force, 0.3 mm of height, 1 mm of size) and is
-estimated at less than a third of it is left out; so are the estimates of effects that remember earlier presses, of which there are none.
-`stiffness` palpates random balloons without noise, everything on but what remembers (friction and softening, which is added alone).
+many have the stated sign. A change below a tenth of the usual tolerance (3 % of force, 0.3 mm of height, 1 mm of size) is left out where its
+estimate is below a third of it; so are estimates of effects that remember earlier presses, since there were none.
+`stiffness` palpates random balloons without noise, everything on but effects that remember (friction and softening, which is added alone).
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def of_press(seed: int) -> dict[str, Any]:
 
 
 def of_palpation(seed: int) -> dict[str, Any]:
-    """Return, by effect, what leaving it off takes from the stiffness that palpation tells of a balloon."""
+    """Return, by effect, how much leaving it off takes from the stiffness that palpation measures on a balloon."""
     text = f"format: stretch-scene/1\nobject: {{{OBJECTS['balloon'](np.random.default_rng(seed))}}}\n{PALPATED}"
     try:
         every = set(possible(text)) - set(REMEMBERING)
@@ -78,7 +78,7 @@ def of_palpation(seed: int) -> dict[str, Any]:
 
 
 def _stiffness(text: str, on: set[str], seed: int) -> float:
-    """Return the stiffness, N/mm, that palpation tells; raises NoAnswer where it tells none."""
+    """Return the stiffness, N/mm, that palpation measures; raises NoAnswer where it measures none."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.yaml"
         path.write_text(with_effects(text, on), encoding="utf-8")

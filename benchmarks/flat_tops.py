@@ -2,10 +2,10 @@
 
     python benchmarks/flat_tops.py [--bodies 20] [--first 0] [--keep FILE]
 
-Sizes, heading, place, the radius of the edges (1 +- 0.2 mm, which the fit is told), the stretch of the mounts
+Sizes, heading, place, the radius of the edges (1 +- 0.2 mm, which the fit is given), the stretch of the mounts
 and with it the length over which the sheet bends, the depths of the presses and all noise of the bench camera are drawn at random;
 every effect that the scene calls for is on. Three presses each, from three poses, each looked at twice as the tree `reconstruct` does.
-Errors are in mm, with `error / stated` beside each; `told` is the share of the top that the map tells, `stated` what it says it is.
+Errors are in mm, with `error / stated` beside each; `known` is the true share of the top that the map knows, `stated` the share it states.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from stretch_bt.simulation.above import upper_surface
 from stretch_bt.simulation.scene import Scene, parse_scene
 
 MM = 1e3
-EDGE_SD = 0.2e-3  # m, by which the edges differ from FILLET, and which the fit is told
+EDGE_SD = 0.2e-3  # m, standard deviation of the edges about FILLET, which the fit is given
 CLEAR, TRAVEL, PRESS, SETTLE = 0.030, 0.1, 0.005, 0.5  # m above the top, m/s, m/s, s
 FREE, FRAMES = 24, 16
 RISE = (0.12, 1.2e-3)  # share of the depth, and m, that the hand rises by between looks, at least
@@ -81,7 +81,7 @@ def drawn(random: np.random.Generator) -> tuple[str, str]:
 
 
 def reconstructed(kind: str, text: str, seed: int) -> Found:
-    """Return what three presses tell of a body."""
+    """Return what three presses find of a body."""
     began, scene = time.process_time(), parse_scene(text)
     try:
         cloud, contacts, relief = pressed(scene, seed, scene.conditions.depth)
@@ -143,7 +143,7 @@ def _looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFr
 
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[tuple[str, Found]]:
-    """Yield what came of bodies from a seed on; those that a file holds are not pressed again."""
+    """Yield the results of bodies from a seed on; bodies that a file holds are not pressed again."""
     for _, (kind, found) in kept(_found, [(first + k,) for k in range(count)], keep):
         yield kind, Found(**found)
 
@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
     given = parser.parse_args()
-    print("body   found         told stated  CPU s  errors, mm (over stated)")
+    print("body   found        known stated  CPU s  errors, mm (over stated)")
     found = []
     for kind, one in rows(given.first, given.bodies, given.keep):
         print(f"{kind:6s} {one}", flush=True)
@@ -175,7 +175,7 @@ def main() -> None:
         )
     told, stated = np.array([(one.told, one.stated) for one in good]).T
     print(
-        f"coverage: told {100 * told.mean():.1f} %, stated {100 * stated.mean():.1f} %, {len(good)} of {len(found)} answered"
+        f"coverage: known {100 * told.mean():.1f} %, stated {100 * stated.mean():.1f} %, {len(good)} of {len(found)} answered"
     )
 
 

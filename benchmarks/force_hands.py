@@ -2,7 +2,7 @@
 
     python -m benchmarks.force_hands FOLDER [--hands 12] [--first 0]
 
-It takes some two minutes of one core a hand. `python -m benchmarks.force_model FOLDER` tells what force models make of them.
+It takes some two minutes of one core a hand. `python -m benchmarks.force_model FOLDER` prints the errors of force models on them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Force models on hands they do not know: error on a diameter left out, by depth and stretch, and what a prediction costs.
+"""Force models on hands they do not know: error on a diameter left out, by depth and stretch, and the cost of a prediction.
 
     python -m benchmarks.force_hands FOLDER
     python -m benchmarks.force_model FOLDER [--sheet]
@@ -121,7 +121,7 @@ class _Walk:
         self.true = np.log(true[self.index])
 
     def falls(self, margin: float) -> bool:
-        """Tell whether the true force falls anywhere."""
+        """Return whether the true force falls anywhere."""
         depth, forces = self.first, []
         for k in range(1, 6):
             stretch = float(STRETCHES[k])

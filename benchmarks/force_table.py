@@ -38,7 +38,7 @@ SPANS = np.array([4, 8, 12, 17, 23, 30, 40, 50, 60, 75, 90, 105, 120]) * 1e-3
 DEPTHS = np.array([0.25, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 10, 12, 15, 18, 21, 25]) * 1e-3
 SHARES = (0.1, 0.25)
 CONDITIONED = 0.095
-PASTS = np.array([-30, -20, -15, -12, -9, -6, -3, 0, 3]) * 1e-3  # m of span past that at which the sheet was softened
+PASTS = np.array([-30, -20, -15, -12, -9, -6, -3, 0, 3]) * 1e-3  # m, span less the span at which the sheet was softened
 CONDITIONS = ((0.010, 0.015), (0.060, 0.015))
 FINE = Settings(coarsen=0.6)
 TERMS: dict[str, tuple[Effects, float]] = {
@@ -108,7 +108,7 @@ def _forces(place: tuple[float, float]) -> Array:
 
 
 def _softening(diameter: float) -> Array:
-    """Return (pasts, depths) float, the part by which earlier presses change the force; past the deepest press that of it."""
+    """Return (pasts, depths) float, the relative change of the force by earlier presses; past the deepest press its value there."""
     spans = [float(x) for x in CONDITIONED + PASTS]
     rows = [_curve(diameter, x, DEPTHS, SOFTENED, 0.0) / _curve(diameter, x, DEPTHS, Effects(), 0.0) - 1 for x in spans]
     return np.array([np.where(np.isnan(row), row[np.isfinite(row)][-1], row) for row in rows])

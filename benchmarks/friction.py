@@ -24,7 +24,7 @@ def rub(mu: float, indenter: str = "sphere:20mm", depth: float = 0.01, **options
 
 
 def forces() -> None:
-    print("force over that without friction, %, 10 mm deep; on elements half as long; CPU s, and without friction")
+    print("change of force by friction, %, 10 mm deep; on elements half as long; CPU s, and without friction")
     for indenter in ("sphere:20mm", "cylinder:20mm", "cube:20mm", "cone:45deg"):
         free = press(indenter, 0.03, 0.01)
         for mu in (0.1, 0.3, 0.5, 1.0, 10.0):
@@ -38,7 +38,7 @@ def forces() -> None:
 
 
 def increments() -> None:
-    print("force at 10 mm by increments over that by increments of 1 mm, %")
+    print("change of force at 10 mm from increments of 1 mm to shorter ones, %")
     for mu in (0.3, 1.0):
         usual = rub(mu).force
         for length in (0.5e-3, 0.25e-3):

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def properties() -> list[str]:
-    """Return the files of tests that draw their inputs, but for those of wires and processes."""
+    """Return the files of tests that draw their inputs, but for tests of wires and processes."""
     files = sorted(p for p in (ROOT / "tests").rglob("test_*.py") if "import given" in p.read_text("utf-8"))
     found = [p.relative_to(ROOT) for p in files]
     return [str(p) for p in found if p.parts[1] not in ("hardware", "cli")]

@@ -2,9 +2,9 @@
 
     python benchmarks/fuzz_frames.py [FRAMES] [SEED]
 
-Prints the outcomes by function, what broke the rule (exit 1), and CPU milliseconds of one core, with warm kernels, by function and size, and
-at 640 x 480 by kind of frame: median, 99 in 100, most. Times are of what answers as of what refuses. The slowest frames are run again, since
-what others do on the machine makes one call slow as well; how fast it is meanwhile is told by the yardstick, a fixed computation.
+Prints the outcomes by function, answers that broke the rule (exit 1), and CPU milliseconds of one core, with warm kernels, by function and size, and
+at 640 x 480 by kind of frame: median, 99 in 100, most. Times are of answers and of refusals. The slowest frames are run again, since
+other work on the machine also makes a call slow; the yardstick, a fixed computation, measures how fast the machine is meanwhile.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ def odd_array(depth: npt.NDArray[Any], rng: np.random.Generator) -> Any:
 
 
 def faulty(found: Any, name: str = "") -> str:
-    """Return what in an answer is not finite or has a deviation that is not above 0, or nothing."""
+    """Return the part of an answer that is not finite or has a deviation that is not above 0, or nothing."""
     if dataclasses.is_dataclass(found) and not isinstance(found, type):
         values = ((f.name, getattr(found, f.name)) for f in dataclasses.fields(found))
         return next((bad for n, v in values if (bad := faulty(v, n))), "")

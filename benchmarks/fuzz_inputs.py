@@ -1,4 +1,4 @@
-"""Own nodes with random mistakes and random mocks files: what a user is told of them, and how long that takes.
+"""Own nodes with random mistakes and random mocks files: the messages that a user gets, and how long they take.
 
 Run with `python benchmarks/fuzz_inputs.py [count] [seed]`; both parts run so many cases in this process, without a device.
 Each case must end as its mistake says, or in findings with a place; only a StretchError may be raised, nothing may be
@@ -94,7 +94,7 @@ def limited() -> Iterator[None]:
 
 
 class Tally:
-    """Counts what cases did, and keeps those that did what they should not."""
+    """Counts the ends of cases, and keeps the wrong ones."""
 
     def __init__(self, what: str) -> None:
         self.what = what
@@ -183,7 +183,7 @@ def raises(rng: random.Random) -> tuple[str, str, set[str]]:
     if where == "terminate" and RAISES[error] != "FAULT":
         ends = {"ERROR", "INTERRUPTED"}
     if error in ("KeyboardInterrupt()", "GeneratorExit()", "BaseException()") and where in ("prepare", "__init__"):
-        error, ends = "ValueError()", {"refused"}  # what ends the program is the user's wish
+        error, ends = "ValueError()", {"refused"}  # an exception that ends the program is the user's wish
     body = f"        raise {error}\n" if where == "update" else "        self.y = 1\n"
     extra = ""
     if where == "__init__":

@@ -5,8 +5,8 @@
 The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
 caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet.
 Beside it stand the sheet of that solver, and surfaces in closed form that end in a kink, as no membrane does. Noise is white, or white noise
-after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may share some besides. Of two bodies side by
-side the higher top is asked for.
+after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may also share some. Of two bodies side by
+side, the higher top is asked for.
 `free` is a membrane that touches nothing: how many of its frames have a height.
 """
 
@@ -170,7 +170,7 @@ def alike(shape: tuple[int, ...], length: float, rng: np.random.Generator) -> Ar
 
 @lru_cache(maxsize=16)
 def _gain(length: float) -> float:
-    """Return by how much the discrete kernel of a short length differs from that of the formula."""
+    """Return the sum of squares of the discrete kernel of a short length over the sum by the formula."""
     from scipy.ndimage import gaussian_filter1d
 
     line = np.zeros(int(10 * length) * 2 + 3)
@@ -178,7 +178,7 @@ def _gain(length: float) -> float:
     return float((gaussian_filter1d(line, length) ** 2).sum() * 2.0 * np.sqrt(np.pi) * length)
 
 
-# what presses into the membrane: heights (n, m) of a body's upper side whose top is at 0, m, over places beside its middle
+# bodies that press into the membrane: heights (n, m), m, of the upper side, with the top at 0, over places beside the middle
 
 
 def _ball(x: Array, y: Array, radius: float) -> Array:

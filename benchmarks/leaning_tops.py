@@ -2,9 +2,9 @@
 
     python benchmarks/leaning_tops.py [--draws 48] [--noise NAME ...] [--shape NAME ...] [--each]
 
-The membrane and the noise are those of `benchmarks.height_noise`. Cylinders and blocks 10 to 40 mm across lean by 0 to 8 degrees towards
-anywhere, their middle 3 to 12 mm deep, such that the membrane lies on all of the face, which else shows no middle. Asked for is the height
-of the face there.
+The membrane and the noise come from `benchmarks.height_noise`. Cylinders and blocks 10 to 40 mm across lean by 0 to 8 degrees towards
+anywhere, their middle 3 to 12 mm deep, such that the membrane lies on all of the face, which else shows no middle. The height of the face
+at its middle is asked for.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SIZES = 10e-3, 40e-3  # m, across
 DEPTHS = 3e-3, 12e-3  # m, of the middle
 ALL = 0.99  # of the face, that the membrane lies on
 TOUCHES = 1e-6  # m, within which it does
-ASIDE = 4e-3  # m, of the middle from that of the membrane
+ASIDE = 4e-3  # m, of the face's middle from the membrane's middle, at most, along each axis
 CASES = ("white 0.3", "bench", "shared 0.3, 3 px", "shared 0.3, 5 px")
 
 
@@ -94,7 +94,7 @@ def _row(shape: str, band: int, noise: Noise, given: argparse.Namespace) -> str:
 
 @cache
 def leaning(shape: str, band: int, number: int) -> tuple[Surface, str]:
-    """Return one surface of a shape that leans by a band of LEANS, and what it is; the same numbers give the same."""
+    """Return one surface of a shape that leans by a band of LEANS, and its description; the same numbers give the same."""
     rng = np.random.default_rng((number, band, *shape.encode()))
     while True:
         found = _drawn(shape, band, rng)
@@ -103,7 +103,7 @@ def leaning(shape: str, band: int, number: int) -> tuple[Surface, str]:
 
 
 def _drawn(shape: str, band: int, rng: np.random.Generator) -> tuple[Surface, str] | None:
-    """Return a random surface and what it is; None where the membrane leaves the face."""
+    """Return a random surface and its description; None where the membrane leaves the face."""
     x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
     lean, towards = math.radians(rng.uniform(*LEANS[band])), rng.uniform(0.0, 2.0 * math.pi)
     half, at, top = rng.uniform(*SIZES, 2) / 2.0, rng.uniform(-ASIDE, ASIDE, 2), float(rng.uniform(*DEPTHS))

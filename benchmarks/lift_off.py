@@ -3,9 +3,9 @@
     python -m benchmarks.lift_off [--bodies 200] [--seed 0] [--fit]
 
 Discs and blocks of 12 to 40 mm with edges of 0.5 to 10 mm are drawn, pressed 3 to 14 mm deep into the solved sheet, 1 to 2 mm thick, its gauge
-50 to 120 mm, at strains of 0.06 to 0.8; none is wider than half the gauge, or pressed deeper than a fifth of it. The lift is what the sheet
-stands above the middle of the face; errors are those of the law for the whole of it. `--fit` prints the law that least squares of the logarithms
-gives of the draws.
+50 to 120 mm, at strains of 0.06 to 0.8; none is wider than half the gauge, or pressed deeper than a fifth of it. The lift is how far the sheet
+stands above the middle of the face; the printed errors are the law's, for the whole lift. `--fit` prints the law fitted to
+the draws by least squares of the logarithms.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from stretch_bt.threads import one_thread
 
 SHEAR = 68.4e3  # Pa
 ROUNDS = 10
-LEAST_LIFT = 2e-5  # m, below which the mesh of the sheet tells no lift
+LEAST_LIFT = 2e-5  # m, below which the sheet's mesh resolves no lift
 SHAPES = {"wide": 1 / 1.2, "even": 1.2, "long": math.inf}  # by length along j over width along i, at most
 SHARP = 0.35  # of half the shorter side
 STRETCHES = (0.0, 0.0, 0.1, 0.2, 0.4, 0.6)  # of the gauge

@@ -1,4 +1,4 @@
-"""Cost and error of the sheet solver, each figure beside the one asked for.
+"""Cost and error of the sheet solver, each figure beside the required one.
 
     python -m benchmarks.membrane [open] [warm] [cold] [shapes]
 

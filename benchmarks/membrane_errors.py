@@ -1,4 +1,4 @@
-"""Error beside stated error of the sheet's forces, by kind of press: what the law of stated errors is fitted and held to.
+"""Error beside stated error of the sheet's forces, by kind of press: the law of stated errors is fitted to these, and must hold for them.
 
     python -m benchmarks.membrane_errors [--count 40] [--seed 0] [KIND ...]
 
@@ -112,7 +112,7 @@ def steep_cones(rng: np.random.Generator) -> Case:
 
 
 def spheres(rng: np.random.Generator) -> Case:
-    """Return a press of those that `Settings.within` is measured on."""
+    """Return a press by a sphere, as `Settings.within` is measured on."""
     shape, stretch = Sphere(float(rng.uniform(0.008, 0.030))), float(rng.uniform(0.01, 0.08))
     return Case(shape, stretch, float(rng.uniform(0.003, 0.015)), _near(rng, 0.5), (0.0, 0.0))
 

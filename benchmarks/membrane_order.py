@@ -29,7 +29,7 @@ from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 RUBBER = NeoHookean(1.0)
-SPHERE = 0.2  # radius of the sphere over that of the clamp
+SPHERE = 0.2  # radius of the sphere over the clamp's radius
 DENSITY = 0.05  # hangs by 0.11 of the radius
 
 
@@ -100,7 +100,7 @@ def weight() -> None:
 
 def contact(smallest: float) -> None:
     """Print the order under a sphere."""
-    print(f"sphere of {SPHERE} of the clamp's radius: energy of the press (that of the flat sheet taken off) and force")
+    print(f"sphere of {SPHERE} of the clamp's radius: energy of the press (less the flat sheet's energy) and force")
     for prestretch in (1.05, 1.2, 1.5):
         still = math.pi / prestretch**2 * energy(RUBBER, prestretch, prestretch)
         for depth in (0.1, 0.3):

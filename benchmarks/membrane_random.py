@@ -60,7 +60,7 @@ class Case(NamedTuple):
         return min(self.room) > half
 
     def press(self, **options: Any) -> PressResult:
-        """Return the press; options are those of `press`, and may replace those of the case."""
+        """Return the press; options are the options of `press`, and may replace the case's values."""
         return press(**self._asdict() | options)
 
 
@@ -103,7 +103,7 @@ def draw(rng: np.random.Generator) -> Case:
 
 
 def solve(case: Case) -> Outcome:
-    """Return what becomes of a case; a result that is not finite or not balanced is an error of the solver."""
+    """Return the outcome of a case; a result that is not finite or not balanced is an error of the solver."""
     began = time.process_time()
     found, reason = None, ""
     try:

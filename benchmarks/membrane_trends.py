@@ -41,7 +41,7 @@ ERROR = 0.003  # of E*, one standard deviation: what the sheet states for its fo
 class Mount(NamedTuple):
     """The shear modulus, Pa, and the mount pre-stretch, m, at which E* spans 4 to 9 kPa.
 
-    The standard deviations are those that the solver's own error gives.
+    The standard deviations follow from the solver's own error.
     """
 
     shear_modulus: float

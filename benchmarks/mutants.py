@@ -1,11 +1,11 @@
 """Ask whether the hard cases alone notice changes of the code: `python benchmarks/mutants.py [--seed 0] [--only DOMAIN] [--keep FILE]`.
 
 Four mutants are drawn in each of ten domains. Each is imported in the place of its file, in a process of its own, with a cache of
-compiled kernels of its own; no file of the package is changed. First the cases of its domain are run, then those of others that import
-the file, the quick ones first, up to the first that does not end as it must. A case that takes more than twenty times as long as it
+compiled kernels of its own; no file of the package is changed. First the cases of its domain are run, then the cases of other domains that
+import the file, the quick ones first, up to the first that does not end as it must. A case that takes more than twenty times as long as it
 does without the mutant, and three minutes, counts as one, as does the end of the process.
 
-Rows go to the file of `--keep`; those that are there, found with the same code and cases, are not found again. Prints a line a mutant,
+Rows go to the file of `--keep`; rows in it, found with the same code and cases, are not found again. Prints a line a mutant,
 and how many are noticed; `--list` only draws. Exits 1 where fewer than nine in ten are.
 """
 

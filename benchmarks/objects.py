@@ -1,4 +1,4 @@
-"""Objects: what the sheet makes of each shipped one beside CPU time, what mesh files cost, and what gives way.
+"""Objects: the sheet's force on each shipped one beside CPU time, the cost of mesh files, and objects that give way.
 
     python benchmarks/objects.py
 
@@ -77,7 +77,7 @@ def bodies() -> None:
 
 
 def meshes() -> None:
-    """Print what a mesh file costs and how far it is off, against the body that it stands for."""
+    """Print the cost and the error of a mesh file, against the body that it stands for."""
     try:
         import trimesh
     except ImportError:

@@ -3,8 +3,8 @@
     python benchmarks/outline_errors.py [--seeds 12] [--first 0] [--shapes SHAPE ...] [--level MM]
 
 Balls, cylinders, blocks and ovals with fillets of 0.7 to 2 mm are pressed into the sheet solver (elements of 0.6 mm), 2 to 12 mm deep, pulled by
-3 to 60 mm, one in five not at all, half of the sheets bending, off the middle and leaning by 1.5 degrees; the noises are those of shipped
-cameras, and white noise. The truth of a contact is the convex hull of the sheet that touches; of a level it is the line of the surface
+3 to 60 mm, one in five not at all, half of the sheets bending, off the middle and leaning by 1.5 degrees; the noise is a shipped
+camera's, or white noise. The truth of a contact is the convex hull of the sheet that touches; of a level it is the line of the surface
 without noise. For each shape and noise: answers, root mean squares of error over stated, and the mean and the root mean square of how far
 the border lies out (the error of the area over the perimeter), mm.
 """

@@ -1,10 +1,10 @@
-"""Which kind and which size is told of prisms of many outlines: is an answer of a wrong kind far from the outline, and who is refused?
+"""Kinds and sizes found for prisms of many outlines: is an answer of a wrong kind far from the outline, and which are refused?
 
     python -m benchmarks.outline_kinds [--seeds 1] [--stretch 25] [--depth 10] [--only NAME]
 
 Prisms are pressed in the sheet solver (edges of 1 mm, 25 mm of stretch, 10 mm deep) and seen with noise: none, white of 0.3 and 1 mm, and
-smooth of 1 mm, eight frames averaged. For each frame the kind that `measure_contact` tells, its widths, and `off`, mm: how far the
-outline that it tells lies from the true one at most, over the standard deviation of half its widths. The table at the end counts right kinds,
+smooth of 1 mm, eight frames averaged. For each frame the kind that `measure_contact` finds, its widths, mm, and `off`: how far the
+outline that it finds lies from the true one at most, over the standard deviation of half its widths. The table at the end counts right kinds,
 wrong ones within 5 deviations and beyond, and refusals, by kind of outline and noise.
 """
 
@@ -115,7 +115,7 @@ def radii(corners: Array, angles: Array, edge: float = 0.0) -> Array:
 
 
 def told_radii(size: ContactSize, angles: Array) -> Array | None:
-    """Return the same for the outline that a measurement tells; None for a free form, which tells its widths alone."""
+    """Return the same for the outline that a measurement finds; None for a free form, which has its widths alone."""
     if size.shape in ("circle", "ellipse"):
         i, j = size.diameter_i / 2, size.diameter_j / 2
         return np.asarray(1.0 / np.hypot(np.cos(angles) / i, np.sin(angles) / j))
@@ -125,7 +125,7 @@ def told_radii(size: ContactSize, angles: Array) -> Array | None:
 
 
 def off(size: ContactSize, corners: Array) -> float:
-    """Return how far the outline that a measurement tells is from the true one, over the deviation of half its widths."""
+    """Return how far the outline that a measurement finds is from the true one, over the deviation of half its widths."""
     stated = max(size.diameter_i_sd, size.diameter_j_sd, *(size.sides_sd or ())) / 2
     angles = np.linspace(0.0, 2 * math.pi, 360, endpoint=False)
     told = told_radii(size, angles)
@@ -145,7 +145,7 @@ def measured(press: Press, noise: Noise, seed: int, fillet_sd: float = 0.1e-3) -
 
 
 def outcomes(name: str, kind: str, corners: Array, press: Press, seeds: int) -> Iterator[tuple[str, str]]:
-    """Print what is told of an outline, and yield noise and outcome of each frame."""
+    """Print the answers on an outline, and yield noise and outcome of each frame."""
     for noise, made in NOISES.items():
         for seed in range(1 if noise == "none" else seeds):
             try:

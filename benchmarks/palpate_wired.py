@@ -2,7 +2,7 @@
 
 Run with `python benchmarks/palpate_wired.py [scene] [seed] [ur|ur5e]`. The stand-ins of a UR controller, a Robotiq gripper, a RealSense camera
 and an ATI sensor act on one twin, each in a process of its own; ur-rtde, pymodbus, librealsense and the RDT receiver speak to them. The wired
-run takes as long as a robot would, and its end is that of the command.
+run takes as long as a robot would, and the command exits by the end of the wired run.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def told(title: str, result: Any, seconds: float) -> None:
 
 
 def simulated(scene: str, seed: int, record: str) -> Any:
-    """Run on the simulated cell, and print what it found and what the scene knows."""
+    """Run on the simulated cell, and print what it found and the scene's truth."""
     begun = time.monotonic()
     result = run("palpate_stiffness", scene=scene, seed=seed, out=record)
     told("simulated", result, time.monotonic() - begun)

@@ -8,7 +8,7 @@ softening), draws the noise of a characterisation of it, fits the membrane model
 model at sheet fidelity, with the noise of the bench camera, of the arm and of the force sensor. The hand was conditioned before, as its
 characterisation does it. Runs are kept in the file that --keep names, so that a long run can be taken up again.
 
-The rate at which two balloons come in their order is that of the measured errors at 1.5 mm of drop: a neighbour of each balloon that is
+The rate at which two balloons come in their order follows from the measured errors at 1.5 mm of drop: each balloon gets a neighbour that is
 stiffer by a ratio, felt by the same hand with the error that its real neighbour had.
 """
 
@@ -129,7 +129,7 @@ def report(rows: list[dict[str, Any]], hands: int, plot: Path | None) -> None:
 
 
 def _rates(off: Array, plot: Path | None) -> None:
-    """Print and draw how often neighbours come in order by their ratio; `off` (seeds, 4), logarithms of told over true."""
+    """Print and draw how often neighbours come in order by their ratio; `off` (seeds, 4), logarithms of measured over true."""
     gains = np.concatenate([off[:, j] - off[:, i] for i, j in pairwise(range(off.shape[1]))])
     rates = [float(np.mean(gains + np.log(ratio) > 0)) for ratio in RATIOS]
     print("ratio of neighbours   " + "  ".join(f"{r:5.2f}" for r in RATIOS))

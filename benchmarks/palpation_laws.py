@@ -5,14 +5,14 @@
 Each seed draws an object of a class: a spring, an elastic ball (Hertz, power 1.5), a gel (power 1.2 to 1.8, a tenth to a half harder to a
 sudden push, where the shipped pudding is 0.29 harder) or one of the four balloons,
 with its own size, height and stiffness, 0.15 to 1.2 N/mm at 1.5 mm. The twin runs at sheet fidelity with what the
-shipped scenes of balloons switch on. `--hand` says what the force model knows of the twin's hand:
+shipped scenes of balloons switch on. `--hand` chooses the force model's knowledge of the twin's hand:
 
-    shipped  the shipped model, which states what it assumes of any hand, and is not off in the twin
+    shipped  the shipped model, which states a deviation for any hand, and is not off in the twin
     known    the same hand, without doubt about it
-    drawn    a hand that is off the twin's by what the shipped model states, another one for each object; the arm stands off by 0.05 mm
+    drawn    a hand that differs from the twin's by the shipped model's stated deviation, another one for each object; the arm stands off by 0.05 mm
 
 Only with `drawn` does the twin hold all that a stated deviation counts. Errors of `stiffness` are against the scene's truth at the same
-instant, those at 1.5 mm against the object's own law. --protocol before takes the prior and the last press of earlier versions.
+instant, errors at 1.5 mm against the object's own law. --protocol before takes the prior and the last press of earlier versions.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from stretch_bt.simulation.scene import load_scene
 KINDS = ("spring", "hertz", "gel", "balloon")
 HANDS = ("shipped", "known", "drawn")
 SOFTEST, STIFFEST = 0.15, 1.2  # N/mm at 1.5 mm: from the paper's air to its seeds
-#: kPa, drawn from for each fill: about those of the shipped scenes, so that each is a fifth off at most
+#: kPa, range drawn from for each fill: about the shipped scene's pressure, so that each is a fifth off at most
 PRESSURES = {"air": (1.6, 2.5), "water": (3.2, 5.0), "pudding": (3.2, 5.0), "seeds": (3.2, 5.0)}
 BENCH = ("white_noise", "correlated_noise", "fixed_pattern", "drift", "quantisation", "dropout", "flying_pixels")
 ARM_SD = "0.05 mm"

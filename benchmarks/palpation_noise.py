@@ -4,8 +4,8 @@ python benchmarks/palpation_noise.py [--seeds 10] [--fidelity hertz sheet] [--wo
 
 Spheres of 60 mm, as stiff as the four balloons, under all noise of the `bench` camera (white 0.05 mm, correlated 0.3 mm over
 3 pixels and 0.6 from frame to frame, fixed pattern 0.5 mm, drift 0.2 mm/min, counts of 0.125 mm, 1 % dropouts, 0.1 % flying
-pixels); friction and Mullins effect off. At sheet fidelity the error holds that of the force model, which the column
-`model` shows apart: force predicted over force. The runs are a sweep; CPU seconds are those of a run alone, without what its
+pixels); friction and Mullins effect off. At sheet fidelity the error includes the force model's, which the column
+`model` shows apart: force predicted over force. The runs are a sweep; CPU seconds are for a run alone, without what its
 process imports and compiles before.
 """
 

@@ -4,9 +4,9 @@
 
 `shipped` is the tree palpate_stiffness, `active` palpate_active; `from zero` presses at every stretch from zero depth in 1 mm
 steps (stretch_bt/accuracy/palpation, where the protocols and levels are).
-Errors are of the stiffness at the last press against the scene's truth at the same instant; those `at drop` of that at 1.5 mm
-against the object's own. `err/sd` is the rms of error over stated sd. `height` is by how much looks at a pressed membrane
-scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
+Errors are of the stiffness at the last press against the scene's truth at the same instant; `at drop`, of the stiffness at 1.5 mm
+against the object's own. `err/sd` is the rms of error over stated sd. `height` is the scatter of looks at a pressed membrane
+about the run's mean error. `s` are robot seconds, `past` the seconds since the hand stood at the object's top.
 `falls` counts presses at whose end the scene's own force was lower than at the last by over 2 % and 10 mN.
 
 The force model is the twin's own: the paper's law at hertz fidelity, the shipped membrane model, which has weight and bending, at
@@ -29,7 +29,7 @@ from stretch_bt.accuracy.summary import rms
 Array = npt.NDArray[np.float64]
 
 SUMMED = ("water", "pudding", "seeds")
-#: which protocols are compared, and by which columns of seconds and error
+#: the pairs of protocols to compare, and the columns of seconds and error to compare them in
 PAIRS = (("shipped", "from zero"), ("active", "shipped"), ("active", "from zero"))
 COMPARED = {
     "all robot seconds": [0, 2],
@@ -108,7 +108,7 @@ def main() -> None:
 
 def summary(totals: dict[tuple[str, int], list[Array]], protocols: list[str]) -> None:
     """Print sums over the balloons, and the comparison at equal error."""
-    print("\nover water, pudding and seeds: presses, robot seconds, of them past the touch, rms error, that at drop")
+    print("\nover water, pudding and seeds: presses, robot seconds, of them past the touch, rms error, also at drop")
     curves: dict[str, list[tuple[float, ...]]] = {}
     for (protocol, level), parts in totals.items():
         sums = [float(sum(part[:, i].mean() for part in parts)) for i in (7, 8, 9)]

@@ -3,7 +3,7 @@
     python -m benchmarks.palpation_twin [--runs 3]
 
 Each run is a process of its own, as a user starts it; the first of each scene, which may compile kernels, is left out. The CPU time is
-that of the whole task, what is imported on the way included.
+for the whole task, with all that it imports on the way.
 """
 
 from __future__ import annotations

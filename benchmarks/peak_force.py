@@ -1,8 +1,8 @@
-"""How hard the hand presses before the arm stands, measured on the stand-in's arm beside what is computed, and what `check --cell` says.
+"""How hard the hand presses before the arm stands, measured on the stand-in's arm beside the computed force, and the answer of `check --cell`.
 
 Run with `python benchmarks/peak_force.py [rounds] [ur|ur5e]`. The hand goes down at each speed onto a spring of each stiffness (the fault `wall`)
-until the arm's limit of 20 N stops it; the measured force is that at which it stands, the largest of the rounds. The stand-in is in a
-process of its own. What ends for another reason, as on a busy machine, is begun again and counted. A second table is of one stiffness over
+until the arm's limit of 20 N stops it; the measured force is the force while it stands, the largest of the rounds. The stand-in is in a
+process of its own. A press that ends for another reason, as on a busy machine, is repeated and counted. A second table is of one stiffness over
 a connection that holds readings back by almost `lost_after`.
 """
 

@@ -2,8 +2,8 @@
 
 `python benchmarks/perception_contact.py [FRAMES]`, 1000 by default, seeds 0, 1, ... Cylinders of 10 to 30 mm press into the
 sheet of the solver, off its centre, at places, stretches and depths that the skirt's prior has not seen, and the prior
-leaves out the diameter that is measured. A miss is an error over 5 mm or a refusal. The bound is that of Cramer and Rao
-(van Trees, with the prior) for the model at the solution without noise; under correlated noise that of least squares.
+leaves out the diameter that is measured. A miss is an error over 5 mm or a refusal. The bound is the Cramer-Rao bound
+(van Trees, with the prior) for the model at the solution without noise; under correlated noise the bound of least squares.
 """
 
 from __future__ import annotations

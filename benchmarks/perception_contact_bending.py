@@ -3,8 +3,8 @@
     python benchmarks/perception_contact_bending.py [--balls 60] [--first 0] [--keep FILE]
 
 Balls of 5 to 40 mm, drawn evenly in the logarithm, are pressed by the twin up to four times, 1 to 14 mm deep, up to 2 mm off the middle,
-half of them under a sheet that is not stretched, the others under one stretched by 3 to 60 mm; weight and bending are on. Of eight frames
-the mean is taken: without noise, with white noise of 0.3 mm, or with all noise of the `bench` camera but its fixed pattern. Printed are, by
+half of them under a sheet that is not stretched, the others under one stretched by 3 to 60 mm; weight and bending are on. The mean of eight
+frames is taken: without noise, with white noise of 0.3 mm, or with all noise of the `bench` camera but its fixed pattern. It prints, by
 noise and stretch, the root mean square of error over stated deviation, the largest, the relative errors, and how many were refused.
 """
 

@@ -32,7 +32,7 @@ CAMERA = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)
 PLANE_DISTANCE = 0.2
 UNIT = 0.125e-3
 EDGE = 60e-3  # m from the axis, up to which the sheet is drawn
-CELLS = 600  # of pixels that touch, by which the bound is taken
+CELLS = 600  # groups of touching pixels, about, whose means give the bound
 
 Curve = Callable[
     [float], tuple[float, float]

@@ -170,7 +170,7 @@ def confidence_rows(frames: int) -> Iterator[str]:
 
 
 def height_rows(frames: int) -> Iterator[str]:
-    yield "height of a flat top, mm: labels of the frame itself; the bound is that of the mean over the true contact"
+    yield "height of a flat top, mm: labels of the frame itself; the bound is for the mean over the true contact"
     yield f"{'cylinder':30s} {'noise':34s} {'bias':>8s} {'sd':>7s} {'rms/bound':>9s} {'stated/sd':>9s} refused"
     flying = {
         "white 1 mm": Noise(white=1e-3),

@@ -1,4 +1,4 @@
-"""Sides and rotation of rectangles on solved sheets, and which shape is told from which.
+"""Sides and rotation of rectangles on solved sheets, and which shapes are distinguished.
 
 python benchmarks/perception_rectangle.py [FRAMES] [PARTS]
 
@@ -104,8 +104,8 @@ def line(name: str, rows: Array) -> Iterator[str]:
 
 
 def shapes(frames: int) -> Iterator[str]:
-    """Yield the table of what is called what."""
-    yield "shapes told apart: rows are what is pressed, columns what it is called"
+    """Yield the table of pressed shapes and the shapes found."""
+    yield "shapes distinguished: rows are the pressed bodies, columns the shapes found"
     rng = np.random.default_rng(54321)
     names = ("circle", "ellipse", "rectangle", "free_form", "refused")
     for label, noise, least in (("white", WHITE_05, 5e-3), ("correlated", CORRELATED, 10e-3)):

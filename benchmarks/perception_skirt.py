@@ -1,7 +1,7 @@
 """Make the prior of a membrane's skirt from presses of the sheet solver: python benchmarks/perception_skirt.py [FILE]
 
 Cylinders of 8 to 34 mm are pressed into the hand's sheet, off its centre, at stretches of 0 to 60 mm, and fitted without
-noise and with hardly a prior. Prints what the regression on stretch, depth and size leaves when each diameter is left out.
+noise and with hardly a prior. Prints the residuals of the regression on stretch, depth and size when each diameter is left out.
 """
 
 from __future__ import annotations

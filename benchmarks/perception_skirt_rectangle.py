@@ -3,8 +3,8 @@
 python benchmarks/perception_skirt_rectangle.py [FILE] [PRESSES]
 
 Boxes of 8 to 32 mm, at any angle, are pressed into the hand's sheet off its centre, at stretches of 0 to 60 mm and depths of
-2 to 16 mm, and the skirt is fitted without noise around the true sides. Prints what the regression leaves, and what fits
-without noise miss that are given the prior of the other half of the presses.
+2 to 16 mm, and the skirt is fitted without noise around the true sides. Prints the residuals of the regression, and the errors
+of fits without noise that are given the prior of the other half of the presses.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def regress(rows: Array, *, known: bool) -> BoxRegression:
 
 
 def _covariance(left: Array) -> Array:
-    """Return the covariance of residuals, with those of rare rows far off scaled down."""
+    """Return the covariance of residuals, with the residuals of outlying rows scaled down."""
     scale = 1.4826 * np.median(np.abs(left), axis=0)
     size = np.sqrt(((left / scale) ** 2).mean(axis=1))
     kept = left * np.minimum(1.0, OUTLIER / np.maximum(size, 1e-9))[:, None]
@@ -185,7 +185,7 @@ def steady_of(rows: Array, errors: Array, *, known: bool) -> Array:
 
 
 def corrected(rows: Array, errors: Array, steady: Array) -> Array:
-    """Return errors with those of the sides corrected."""
+    """Return errors, with the errors of the sides corrected."""
     by = steady_terms(rows[:, 5], rows[:, 6]) @ steady
     share = np.cos(rows[:, 4]) ** 2
     found = errors.copy()

@@ -1,8 +1,8 @@
 """Make the prior of a thick membrane's skirt: python benchmarks/perception_skirt_thick.py [FILE]
 
-As `perception_skirt.py`, for the sheet as a hand holds it: it resists bending, by which it leaves a rim in a round of some 2 mm, and it
-has none to all of its weight, because what frames are corrected by takes a part of the hang for an error of the camera. The mounts
-stretch it by 9 to 15 mm at stretch 0; stretch here is the sum of both. Prints what the regression leaves when each diameter is left out.
+As `perception_skirt.py`, for the sheet as a hand holds it: it resists bending, so that it leaves a rim in a round of some 2 mm, and it
+has none to all of its weight, because the correction of frames takes a part of the hang for an error of the camera. The mounts
+stretch it by 9 to 15 mm at stretch 0; stretch here is the sum of both. Prints the residuals of the regression when each diameter is left out.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FILE = Path(prior_module.__file__).with_name("skirt_thick.json")
 def rows_of(
     diameter: float, stretch: float, at: tuple[float, float], mounted: float, weight: float
 ) -> list[list[float]]:
-    """Return the rows of rising presses by one cylinder; lengths in mm, the weight over that of the sheet. A press without equilibrium ends them."""
+    """Return the rows of rising presses by one cylinder; lengths in mm, weight over the sheet's own. A press without equilibrium ends them."""
     found, last = [], None
     for depth in DEPTHS:
         wanted = Press(Cylinder(diameter * 1e-3), stretch * 1e-3, depth * 1e-3, (at[0] * 1e-3, at[1] * 1e-3))

@@ -2,8 +2,8 @@
 
 Held to: standard deviation of 1/R at most 1.3 bounds of all points, bias at most 0.3 bounds, stated over actual
 deviation within 0.77 to 1.3, refusals at most 5 %, at most 2 ms for 1000 points. Caps whose curvature is under 6 bounds
-come last and are held to nothing: refusing those below 3 deviations biases what remains. Noise moves a point along its
-ray: all rays along z, or those of a pinhole 200 mm from the sphere's centre, where it moves points across as well.
+come last and are held to nothing: refusing caps below 3 deviations biases the others. Noise moves a point along its
+ray: all rays along z, or the rays of a pinhole 200 mm from the sphere's centre, where it moves points across as well.
 """
 
 from __future__ import annotations

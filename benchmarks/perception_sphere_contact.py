@@ -1,7 +1,7 @@
 """The sphere under a contact of the sheet, from one frame; run as `python benchmarks/perception_sphere_contact.py [draws]`.
 
-The sheet is the finite-strain solver's, stretched 10 to 60 mm. The bound is that of all pixels that truly touch, for white
-noise. Where the contact is looked for is found by `find_contact`, or is the true mask, or an ellipse about it 40 % too
+The sheet is the finite-strain solver's, stretched 10 to 60 mm. The bound is for all pixels that truly touch, for white
+noise. The contact is looked for where `find_contact` finds it, or in the true mask, or in an ellipse about it 40 % too
 small. Held to: median radius within 5 %, rms of the error over stated 0.7 to 1.3, none over five. Under noise that is
 alike over many pixels, averaged over eight frames, no bound is given: a radius is refused, or stated with a deviation that
 the error is compared with.

@@ -1,4 +1,4 @@
-"""Faults planted in copies of the example drivers: which clause of the contract finds each, and what it says.
+"""Faults planted in copies of the example drivers: which clause of the contract finds each, and its message.
 
 python benchmarks/planted_faults.py          every clause on every fault, some five minutes
 """
@@ -250,7 +250,7 @@ def _camera(name: str, folder: Path) -> type[Any]:
 
 
 def fails(contract: type[Any], clause: str) -> str | None:
-    """Return what a clause says is wrong, or None where it finds nothing."""
+    """Return the message of a clause's failure, or None where it finds nothing."""
     case = contract()
     with contract.contract.trial() as case.trial:
         try:

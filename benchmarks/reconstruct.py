@@ -7,8 +7,8 @@ ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest squar
 larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the vertical, in whose cell of
 1 mm a point of the cloud lies; `<0.5 mm` and `<1 mm` are the shares that the lowest membrane of any press bounds from above
 to within that, touched or not; the error is the distance of the cloud's points from the true surface, root mean square over
-cells of the whole cloud, what lies beyond an edge too, and over those with upper surface; `most N` is the largest force, of
-the scene, while the hand stood pressed. With --keep each row is also added to a file, and those that it holds already of this
+cells of the whole cloud, with cells beyond an edge, and over the cells with upper surface; `most N` is the largest force, of
+the scene, while the hand stood pressed. With --keep each row is also added to a file, and rows that it holds already of this
 state of the package and the scene are printed from it, so that a long study can be taken up again.
 """
 
@@ -89,7 +89,7 @@ def main() -> None:
 
 
 class Rows:
-    """What runs came to, in a file where there is one: those of the same code and scene are not run again."""
+    """What runs came to, in a file where there is one: runs of the same code and scene are not repeated."""
 
     def __init__(self, path: Path | None) -> None:
         self.file = None if path is None else RowFile(path)

@@ -1,4 +1,4 @@
-"""What the record of a run costs: time and bytes for a frame, a reading, an event and a whole tick.
+"""Cost of the record of a run: time and bytes for a frame, a reading, an event and a whole tick.
 
 Run with `python benchmarks/record_cost.py`. Frames are 215 by 240 uint16 with noise of 3 counts.
 """

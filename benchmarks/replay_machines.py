@@ -1,7 +1,7 @@
-"""What `replay` says of a record that another processor made: the same run under settings that change kernels and threads.
+"""Answers of `replay` to a record that another processor made: the same run under settings that change kernels and threads.
 
-Run with `python benchmarks/replay_machines.py [--tree T] [--scene S] [--set PARAMS] [--settings A B ...]`, on the tree's own scene
-unless told, with the tree's params from JSON. Each
+Run with `python benchmarks/replay_machines.py [--tree T] [--scene S] [--set PARAMS] [--settings A B ...]`, by default on the tree's
+own scene, with the tree's params from JSON. Each
 setting runs the tree once in a process of its own, then each replays the records of all. A cell says `identical`, or the largest
 difference of a number with `same` or `DIFFERS`; the last column is the largest relative difference of an output from the first setting.
 """

@@ -1,4 +1,4 @@
-"""The table of shapes behind the height that the whole membrane tells: made, and checked against presses of other hands.
+"""The table of shapes behind the height from the whole membrane: made, and checked against presses of other hands.
 
     python -m benchmarks.shape_table make [--workers 2]
     python -m benchmarks.shape_table check [--hands 12]
@@ -36,7 +36,7 @@ Array = npt.NDArray[np.float64]
 TABLE = Path(__file__).parents[1] / "stretch_bt" / "perception" / "pressed" / "shapes.npz"
 GAUGE, WIDTH, MODULUS = 0.1, 0.09, 70e3
 THICKNESSES = np.array([1, 2, 3]) * 1e-3
-MIDDLE = 1  # of the thicknesses: weight is told of that
+MIDDLE = 1  # index of the thickness that is also solved with weight
 DIAMETERS = np.array([10, 16, 24, 36, 54, 80, 120]) * 1e-3
 SPANS = np.array([5, 8, 12, 16, 21, 28, 40, 60, 100]) * 1e-3
 DEPTHS = np.array([0.75, 1.5, 3, 5, 8, 12, 18]) * 1e-3
@@ -92,7 +92,7 @@ def make(workers: int) -> None:
 def _shapes(place: tuple[float, float]) -> tuple[Array, Array, float, float]:
     """Return lifted (thicknesses, depths, along, across) and hung (depths, along, across), the free sheet's hang and the deepest press, m.
 
-    Past the deepest press the shapes are those of it.
+    Past the deepest press the shapes are the deepest press's.
     """
     diameter, span = place
     sheets = [_sheet(float(t), BENDING) for t in THICKNESSES] + [_sheet(float(THICKNESSES[MIDDLE]), WEIGHED)]
@@ -126,7 +126,7 @@ def _pressed(sheet: Sheet, diameter: float, span: float, depth: float, before: S
 
 
 def check(hands: int) -> None:
-    """Print by how much the fitted height misses that of hands that the table does not know, without noise."""
+    """Print the error of the fitted height for hands that the table does not know, without noise."""
     print("diameter  stretch  depth, mm   height off by, mm: mean, sd, largest   stated, mm")
     for diameter, stretch, depth in product((0.02, 0.04, 0.06), (0.0, 0.02, 0.06), (1.5e-3, 3e-3, 8e-3, 14e-3)):
         found = [_fitted(TrueHand.drawn(seed), diameter, stretch, depth) for seed in range(hands)]
@@ -139,7 +139,7 @@ def check(hands: int) -> None:
 
 
 def _fitted(hand: TrueHand, diameter: float, stretch: float, depth: float) -> Estimate:
-    """Return the height that perception tells of a press of a hand whose mount and hang are known."""
+    """Return the height that perception finds for a press of a hand whose mount and hang are known."""
     sheet = hand.sheet()
     load = Load(Sphere(diameter), stretch, depth, (0.0, 0.0), (0.0, 0.0), lowest(sheet, stretch))
     points = solve(sheet, load, Settings()).shape.points(SEEN, SEEN)
@@ -154,7 +154,7 @@ def _fitted(hand: TrueHand, diameter: float, stretch: float, depth: float) -> Es
 def _quarter(shape: Shape, span: float) -> Array:
     """Return (along, across) float, m: heights of the quarter of a shape where both coordinates are at least 0.
 
-    Beside a sheet that its stretch made narrower they are those of its side.
+    Beside a sheet that its stretch made narrower they are the heights of its side.
     """
     from scipy.interpolate import CloughTocher2DInterpolator, NearestNDInterpolator
 

@@ -3,7 +3,7 @@
     python benchmarks/sheet_tolerance.py [--presses 20] [--first 0] [--workers 1] [--keep FILE] [--write]
 
 Bodies of each kind of top, sizes, depth and stretch drawn at random, are pressed by the settings of `fidelity/rungs.py`, with weight
-and bending, and by one with elements two fifths as long that grow by 1.2. Printed are, by what holds the membrane up and by range of
+and bending, and by one with elements two fifths as long that grow by 1.2. It prints, by what holds the membrane up and by range of
 stretch, the 95th percentile of the error of force, height over the middle and length at four fifths of the depth; then the CPU time
 of a press by setting, and how many times as long a press of the simulated cell takes with each effect. `--write` puts all of it into
 the file that the advisor reads. Rows that `--keep` holds are not made again.
@@ -57,7 +57,7 @@ HOLDS = {
 FORMS = {"hertz": {"dome": "sphere", "rim": "cylinder"}, "axisymmetric": {"dome": "sphere"}}
 BASE = frozenset({"sag", "bending", "compliance"})
 RESULTS = ("force", "height", "size")
-_TRIES, _LEAST = 12, 20  # draws of a body, and presses of which a percentile is told
+_TRIES, _LEAST = 12, 20  # draws of a body at most, and presses of a percentile at least
 #: effects, the set that each is added to, and the objects that have it
 ADDED: Mapping[str, tuple[Collection[str], tuple[str, ...]]] = {
     "wrinkling": (BASE, ("sphere", "box")),
@@ -120,7 +120,7 @@ def _sizes(one: Press, known: Press) -> dict[str, float]:
 
 
 def _formed(scene: Scene, fidelity: str) -> dict[str, float]:
-    """Return how far the force of a closed form is from that of the sheet."""
+    """Return the relative difference of a closed form's force from the sheet's."""
     pose, stretch = Pose((0.0, 0.0, scene.object.top - scene.conditions.depth)), scene.conditions.stretch
     forces = [math.hypot(*World(s).contact(pose, stretch).force) for s in (scene, scene.with_(fidelity=fidelity))]
     return {"force": abs(forces[1] / forces[0] - 1)}
@@ -161,7 +161,7 @@ def measured(*what: Any) -> dict[str, Any]:
 
 
 def items(presses: int, first: int) -> Iterator[Item]:
-    """Yield what is measured: by seed, so that less of all of it is there when it is broken off."""
+    """Yield all measurements, by seed, so that a run that is broken off has some of each kind."""
     seeds = range(first, first + presses)
     ranges = range(len(RANGES))
     yield from (Item("errors", holds, k, seed) for seed in seeds for holds in HOLDS for k in ranges)
@@ -237,7 +237,7 @@ def main() -> None:
     show(made, found)
     least = min(row["n"] for shapes in made["errors"].values() for ranges in shapes.values() for row in ranges)
     if given.write and least < _LEAST:
-        parser.error(f"a percentile is told of {_LEAST} presses or more; ask for --presses {_LEAST}")
+        parser.error(f"a percentile needs {_LEAST} presses or more; ask for --presses {_LEAST}")
     if given.write:
         FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
 

@@ -3,7 +3,7 @@
 Run with `python benchmarks/signals.py [signals] [--seed N] [--at-once N]`. Each signal goes to a process of its own, which
 runs a small tree on the twin or on mocks. Its instant is drawn evenly over the processor time of a whole run, so a busy
 machine shifts nothing. SIGINT and SIGTERM take turns, as do five readers: standard error read, a full pipe that nobody
-reads, closed; standard output closed, a full pipe. What counts as wrong:
+reads, closed; standard output closed, a full pipe. These count as wrong:
 
 - `traceback`: one on standard error, or an exception that was ignored
 - `hang`: more than 1 s from the signal to the exit, without the time in which the process waited for a processor
@@ -12,8 +12,8 @@ reads, closed; standard output closed, a full pipe. What counts as wrong:
 - `record`: a folder without a result, or one that says otherwise than the JSON
 - `moving`: a device whose last command neither ended nor was followed by a stop
 
-`before main` are signals that came before the first line of `main`, which Python or the system answers; `over` are those
-for which the result had been given already, and the exit code is that of the result. Neither counts as wrong.
+`before main` are signals that came before the first line of `main`, which Python or the system answers; `over` are signals
+that came after the result had been given, and the exit code is the result's. Neither counts as wrong.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def run(folder: Path, devices: str, reader: str, after: float, number: signal.Si
 
 
 def judge(end: End, reader: str) -> str:
-    """Note what is wrong with an end, and return what kind it is: before main, over or heard."""
+    """Note the faults of an end, and return its kind: before main, over or heard."""
     if not end.sent:
         return "over"
     told = b"Traceback" in end.err or b"ignored" in end.err
@@ -180,7 +180,7 @@ def printed(end: End) -> dict[str, str] | None:
 
 
 def agrees(given: dict[str, str], kept: dict[str, str]) -> bool:
-    """Whether what was printed is what the record says; one that is closed keeps how the task ended before the signal."""
+    """Whether the printed result agrees with the record; a closed record keeps how the task ended before the signal."""
     after = f"came after the task had ended with {kept['status']}"
     return given["status"] == kept["status"] or after in given["reason"]
 

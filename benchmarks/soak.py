@@ -1,7 +1,7 @@
 """Arm, gripper, force sensor and camera over their wires for a long time, all at once.
 
 Run with `python benchmarks/soak.py [minutes]`: `arm_soak.py`, `wires_soak.py` and `camera_soak.py` beside each other, each line with the
-name of what it is from. Ends with 1 where one of them broke.
+name of its part. Ends with 1 where one of them broke.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The same rows from every engine of a sweep, whatever is killed; what an item costs, and what memory a worker keeps.
+"""The same rows from every engine of a sweep, whatever is killed; the cost of an item, and the memory that a worker keeps.
 
     python benchmarks/sweep_engines.py [ITEMS] [--workers 2] [--engines local dask] [--kill none worker sweep both] [--seed 0]
         [--fidelity NAME] [--tree FILE] [--memory 60] [--keep DIR]
@@ -7,8 +7,8 @@ ITEMS palpations of the four balloons (12 by default) run one after the other in
 and by Dask, undisturbed, and each with SIGKILL to a worker, to the sweep, and to both at a random moment, gone on with by
 --resume. `--kill` names which of these are run. Rows are compared sorted by their keys, but for times and workers. Then one item
 of ITEMS ends its own process. `--memory` adds the resident memory of each Dask worker after its items 20 and 60. Ends with 1
-where anything is another than the first run. `--fidelity` is another one than the scenes have. `--tree` is another tree than the
-palpation, which needs no scene, for a quick look at the engines themselves.
+where anything differs from the first run. `--fidelity` replaces the fidelity of the scenes. `--tree` replaces the palpation by a
+tree that needs no scene, for a quick look at the engines themselves.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ def deadly(folder: Path, items: int) -> Path:
 
 
 def compared(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, bool, str]]:
-    """Yield what was run, whether its rows are those of the first run, and what it took."""
+    """Yield each run's name, whether its rows equal the first run's rows, and its cost."""
     file = (
         palpations(folder, given.items, given.fidelity)
         if given.tree is None

@@ -2,8 +2,8 @@
 
 Run with `python benchmarks/tick_cost.py [leaves] [rounds]`. The same shape in every row: a sequence without memory, so that
 every leaf is ticked on every tick. CPU time, median over rounds in which the rows take turns; p99 is of single ticks, wall
-time. The target is at most 1.3 times bare py_trees without ports, and p99 under 2 ms. The last line is what it adds to a tick
-to check what nodes write, at most 5 % of a tick with its record, which every run has.
+time. The target is at most 1.3 times bare py_trees without ports, and p99 under 2 ms. The last line is the cost in a tick
+of checking the outputs of nodes, at most 5 % of a tick with its record, which every run has.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-"""Whether a press that asks for a tolerance stays within it, and what its choice costs beside the cheapest one that does.
+"""Whether a press that asks for a tolerance stays within it, and the cost of its choice beside the cheapest one that does.
 
     python benchmarks/tolerance_held_out.py [press] [--tasks 60] [--priced 20] [--first 9300] [--workers 1] [--keep FILE]
     python benchmarks/tolerance_held_out.py palpation [--percent 2 5] [--seeds 8] [--workers 1] [--keep FILE]
 
 `press`: random spheres, cones, boxes and balloons under stretches of 0 to 80 mm, pressed straight down without noise, each with a
-tolerance of the force from 0.5 to 10 % and `fidelity: auto`; no table or law was made from them. The error of the force is that
+tolerance of the force from 0.5 to 10 % and `fidelity: auto`; no table or law was made from them. The error of the force is
 against a press with everything on and the finest setting, corrected, under rigid bodies, by what elements half as long change with
 weight and bending. Tasks that have no such press, or whose tolerance is refused, are drawn again. For the first `--priced` tasks every
 cheaper choice of setting and effects, by the committed table of costs, is pressed too, until one is within the tolerance: the ratio is
-the cost of the advisor's choice over that of the cheapest that is.
+the cost of the advisor's choice over the cost of the cheapest choice that is.
 `palpation`: water_balloon and seeds_balloon by `palpate_stiffness --tolerance stiffness=P%`, and with everything on, on paired seeds: the mean
 difference of the stiffness beside each P, once two standard errors of it are below that; else it is not shown.
 """
@@ -151,7 +151,7 @@ def show_presses(found: list[dict[str, Any]]) -> None:
 
 
 def palpated(name: str, seed: int, percents: list[float]) -> dict[str, Any]:
-    """Return what palpation of a scene tells with the choice of each tolerance of the stiffness, and with everything on."""
+    """Return the results of palpating a scene with the choice of each tolerance of the stiffness, and with everything on."""
     text = (files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml").read_text("utf-8")
     every = "".join(f"  {effect}: on\n" for effect in possible(text))
     with tempfile.TemporaryDirectory() as folder:
@@ -167,7 +167,7 @@ def palpated(name: str, seed: int, percents: list[float]) -> dict[str, Any]:
 
 
 def _told(folder: Path, scene: str, seed: int, asked: dict[str, float] | None) -> dict[str, Any]:
-    """Return the stiffness that a palpation tells, N/m, its deviation and CPU time, s, or why there is none."""
+    """Return the stiffness that a palpation measures, N/m, its deviation and CPU time, s, or why there is none."""
     try:
         out = folder / f"{asked}"
         found = stretch_bt.run("palpate_stiffness", scene=scene, seed=seed, out=out, tolerance=asked)

@@ -1,4 +1,4 @@
-"""What each effect is worth in each shipped scene, and what the advisor's choice costs.
+"""The worth of each effect in each shipped scene, and the cost of the advisor's choice.
 
     python -m benchmarks.twin judge [SCENE ...]     switch each effect over: does the mean result change by the tolerance?
     python -m benchmarks.twin table [SCENE ...]     results and CPU time: auto, everything on, nothing on, the least that does
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def print_judgements(scenes: list[str], ledger: Ledger, seeds: int) -> None:
-    """Print, for each scene, how many choices hold, and those that do not with their numbers."""
+    """Print, for each scene, how many choices hold, and the others with their numbers."""
     every: list[Judged] = []
     for name in scenes:
         found = judge(name, ledger, SEEDS[:seeds], DEAR)

@@ -1,9 +1,9 @@
-"""What a felt force loses to interpolation between solved presses, and what it costs beside a solve of its own.
+"""Error of a felt force that is interpolated between solved presses, and its cost beside a solve of its own.
 
     python -m benchmarks.twin_curve
 
 Depths of 0.1 to 15 mm drawn at random and taken on the way down, each against the sheet solved at that depth. `cost` is the CPU time of
-all forces by the curve, with the presses that it solves, over that of a warm solve for each.
+all forces by the curve, with the presses that it solves, over the CPU time of a warm solve for each.
 """
 
 from __future__ import annotations

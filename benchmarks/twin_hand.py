@@ -1,4 +1,4 @@
-"""The effective modulus of the twin's default hand by the paper's protocol: what its shear modulus and its mount were fitted to.
+"""The effective modulus of the twin's default hand by the paper's protocol; the hand's shear modulus and mount were fitted to it.
 
     python -m benchmarks.twin_hand
 
@@ -19,7 +19,7 @@ DEPTHS = np.arange(1, 16) * 1e-3
 
 
 def main() -> None:
-    """Print E* by stretch, without any effect and with those that the advisor switches on."""
+    """Print E* by stretch, without any effect and with the effects that the advisor switches on."""
     print("stretch, mm   E*, kPa: no effect   as the advisor has it")
     scene = load_scene("calibration_sphere")
     worlds = World(scene.with_(effects="none")), World(scene)

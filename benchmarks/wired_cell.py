@@ -1,4 +1,4 @@
-"""A cell of stand-ins with all four wires, and what its processes cost; used by the benchmarks that run tasks over it."""
+"""A cell of stand-ins with all four wires, and the cost of its processes; used by the benchmarks that run tasks over it."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class WiredCell:
         return result, {name: (after - before[name]) / seconds for name, after in cpu(self.servers.processes).items()}
 
     def lower(self) -> None:
-        """Take the hand to where that of the simulated cell begins."""
+        """Take the hand to where the simulated cell's hand begins."""
         cell = open_cell(load_cell(self.path), now=time.monotonic, only={"arm"})
         try:
             arm = cell.devices["arm"]
@@ -113,7 +113,7 @@ class WiredCell:
 def wired_cell(
     folder: Path, scene: str, seed: int, *, model: str = "ur", host: str | None = None
 ) -> Iterator[WiredCell]:
-    """Serve a cell around a scene, its hand where that of the simulated cell begins; `host` is an address of this process's own."""
+    """Serve a cell around a scene, its hand where the simulated cell's begins; `host` is an address of this process's own."""
     host = host or own_host()
     path = folder / "wired.yaml"
     path.write_text(CELL.replace("HOST", host).replace("MODEL", "ur5" if model == "ur" else model))

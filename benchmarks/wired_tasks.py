@@ -1,8 +1,8 @@
-"""Tasks over all four wires, many seeds: how each ended, its errors over what it stated, and what the stand-ins took of a core.
+"""Tasks over all four wires, many seeds: how each ended, its errors over the stated ones, and the stand-ins' share of a core.
 
 Run with `python benchmarks/wired_tasks.py TASK[:SCENE] ... [--seeds 0-19] [--model ur] [--at-once N] [--times K] [--keep FILE]`. Each run has
 stand-ins and a cell of its own; `--times` runs the task so often on one cell, each time on a new object, from wherever the run before left
-the hand. Rows that FILE has are not run again. The truth of a stiffness is told by the simulated cell, which follows the commands of the
+the hand. Rows that FILE has are not run again. The truth of a stiffness comes from the simulated cell, which follows the commands of the
 wired run.
 """
 
@@ -63,7 +63,7 @@ def one(task: str, scene: str, seed: int, model: str, times: int) -> Iterator[Ro
 
 
 def followed(scene: str, seed: int, record: Path) -> dict[str, float]:
-    """Return what the scene knows at the end of a task, SI: a simulated cell is given the recorded commands at their times."""
+    """Return the scene's truth at the end of a task, SI: a simulated cell is given the recorded commands at their times."""
     events = [json.loads(line) for line in (record / "events.jsonl").read_text().splitlines()]
     sent = [e for e in events if e.get("type") == "command" and e["device"] in ("arm", "gripper")]
     while "/finally" in sent[-1]["owner"]:

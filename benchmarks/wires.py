@@ -1,7 +1,7 @@
-"""What gripper, force sensor and camera cost over their wires, on loopback, and how soon a loss is known.
+"""Cost of gripper, force sensor and camera over their wires, on loopback, and how soon a loss is known.
 
 Run with `python -m benchmarks.wires [exchanges]`. The stand-ins are in a process of their own. One exchange is a whole status of the
-gripper: one request by Modbus, seven lines by the URCap's socket. CPU is that of this process; frames are of 320 x 240 pixels, and their age
+gripper: one request by Modbus, seven lines by the URCap's socket. CPU is this process's; frames are of 320 x 240 pixels, and their age
 counts from the exposure, without the option `latency`.
 """
 
@@ -139,7 +139,7 @@ def main(count: int) -> None:
         idle("  asked by nobody", camera)
         frames(camera)
         camera.close()
-        print("how soon a loss is told, with the default times")
+        print("how soon a loss is known, with the default times")
         for fault in ("drop", "freeze", "crc", "garbage", "deactivate", "code"):
             driver = opened(served, "robotiq", "rtu", "Gripper", "robotiq", GRIPPER)
             assert isinstance(driver, RobotiqDriver)

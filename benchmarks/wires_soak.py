@@ -1,7 +1,7 @@
 """Gripper and force sensor over their wires for a long time: memory, threads, times of exchanges, lost records.
 
 Run with `python benchmarks/wires_soak.py [minutes]`. The stand-ins are in a process of their own; the gripper goes to and fro without
-end, the sensor is read at 20 Hz. Every tenth of the time a line says how it stands; the last line compares begin and end.
+end, the sensor is read at 20 Hz. Every tenth of the time a line gives the state; the last line compares begin and end.
 """
 
 from __future__ import annotations

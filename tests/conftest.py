@@ -41,7 +41,7 @@ settings.register_profile("shared", deadline=None, derandomize=True)
 settings.register_profile("search", deadline=None)
 settings.load_profile("shared")
 
-#: files that take longest, and so are begun first; those that wait for a wire lie between those that compute, which have the cores meanwhile
+#: files that take longest, and so are begun first; files that wait for a wire lie between files that compute, which have the cores meanwhile
 LONGEST = (
     "hardware/test_contract.py",
     "docs/test_docs.py",
@@ -111,7 +111,7 @@ LONGEST = (
     "test_clock.py",
     "hardware/test_ur_client_ports.py",
 )
-#: what goes by the clock of the machine, and so is held to deadlines
+#: tests that go by the clock of the machine, and so are held to deadlines
 BY_THE_CLOCK = (
     "hardware",
     "cli",
@@ -178,7 +178,7 @@ def _on_each_core(command, words, items):
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Keep each file in one process, but for those whose tests share nothing that is costly."""
+    """Keep each file in one process, but for files whose tests share nothing that is costly."""
     from xdist.scheduler import LoadFileScheduling
 
     class Files(LoadFileScheduling):
@@ -190,7 +190,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_collection_modifyitems(items):
-    """Put the tests of files that take longest first, those that are spread last, and repeat what a late machine may have broken."""
+    """Put the tests of files that take longest first, spread ones last, and repeat tests that a late machine may have broken."""
     ranks = {_FOLDER / name: rank for rank, name in enumerate(LONGEST)} | {_FOLDER / name: math.inf for name in SPREAD}
     items.sort(key=lambda item: ranks.get(item.path, len(LONGEST)))
     for item in items:
@@ -206,7 +206,7 @@ def pytest_collection_finish():
 
 @pytest.fixture(scope="session")
 def at_hertz():
-    """Return what writes a shipped scene into a folder at the fidelity that is known at once, and returns its path."""
+    """Return a function that writes a shipped scene into a folder at the fidelity that answers at once, and returns its path."""
 
     def write(name, folder):
         shipped = files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"

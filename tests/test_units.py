@@ -1,4 +1,4 @@
-"""Units: what is parsed, shown and refused; what is shown is parsed to the same."""
+"""Units: texts that are parsed, shown and refused; a shown value is parsed to the same."""
 
 import copy
 import math

@@ -1,1 +1,1 @@
-"""Long runs of one thing each, and what must not change in their course."""
+"""Long runs of one thing each, and quantities that must not change in their course."""

@@ -33,7 +33,7 @@ class Finding:
 
     @property
     def good(self) -> bool:
-        """Whether it is within its bound; what is not a number never is."""
+        """Whether it is within its bound; NaN never is."""
         return self.bound is None or self.value <= self.bound
 
     def __str__(self) -> str:
@@ -44,7 +44,7 @@ class Finding:
 class Course:
     """Looks at a run of `count` steps, each reported by `done`.
 
-    CPU times are divided by those of a fixed computation beside them, since a machine has other work as well.
+    CPU times are divided by the CPU time of a fixed computation beside them, since a machine has other work as well.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Course:
 
     @property
     def paces(self) -> list[float]:
-        """CPU time a step of each block over that of the computation beside."""
+        """CPU time a step of each block over the CPU time of the computation beside."""
         each = len(self._ends) // HUNDRED
         blocks = [zip(*self._looks[k : k + each], strict=True) for k in range(0, len(self._looks), each)]
         return [sum(spent) / sum(beside) for spent, beside in blocks]

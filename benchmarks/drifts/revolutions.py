@@ -77,7 +77,7 @@ def revolutions(
 ) -> list[Finding]:
     """Roll the cube of the scene `dough_cube` by `count` revolutions on each path, and again with a finer step.
 
-    There is no spin noise, of which a finer step would draw another. `seed` is that of how the cube lies.
+    There is no spin noise, of which a finer step would draw another. `seed` draws how the cube lies.
     """
     spec = load_scene("dough_cube").object
     assert isinstance(spec, DoughObject)

@@ -43,7 +43,7 @@ _RUSH = 0.3  # m/s at which the hand goes up or down at most to keep its force
 
 @kernel("boolean(float64[:,::1], int64[::1], float64, int64)")
 def framed(places: Any, base: Any, dx: Any, size: Any) -> Any:
-    """Fill `base` (3,) with the corner of a grid that holds all points; tell whether one of so many nodes does."""
+    """Fill `base` (3,) with the corner of a grid that holds all points; return whether a grid of `size` nodes a side does."""
     for c in range(3):
         low, high = places[0, c], places[0, c]
         for i in range(len(places)):
@@ -58,7 +58,7 @@ def framed(places: Any, base: Any, dx: Any, size: Any) -> Any:
     "UniTuple(float64, 2)(float64[:,::1], float64[:,::1], float64[:,:,::1], float64[:,::1], float64[::1], float64, boolean, float64[::1])"
 )
 def loaded(places: Any, speeds: Any, crept: Any, impulses: Any, way: Any, line: Any, soft: Any, numbers: Any) -> Any:
-    """Fill `impulses` (n, 3), N s, with those of table, hand and weight; return the hand's force, N, and its slope, N/m."""
+    """Fill `impulses` (n, 3), N s, with the impulses of table, hand and weight; return the hand's force, N, and its slope, N/m."""
     dt, side = numbers[DT], numbers[VOLUME] ** (1.0 / 3.0)
     mass = numbers[VOLUME] * numbers[DENSITY]
     total, steep = 0.0, 0.0

@@ -26,7 +26,7 @@ _WEIGHTS = (2 * _ORDER + 1) / (4 * math.pi) * 0.5 ** (_ORDER * (_ORDER + 1) / (H
 
 
 def lump_of(body: Body) -> Lump:
-    """Return the star-shaped body whose fourth moments in every direction are those of the points, of harmonics up to 8.
+    """Return the star-shaped body, of harmonics up to 8, whose fourth moments in every direction equal the points' moments.
 
     What is far out counts more, so that how the points within are spread does not matter.
     """
@@ -68,7 +68,7 @@ def pressed_circularity(body: Body) -> float:
 
 
 def hull_volume(body: Body) -> float:
-    """Return the volume of the convex hull of the points, each half a pitch large, over that of the cube (Steiner's formula)."""
+    """Return the volume of the convex hull of the points, each half a pitch large, over the cube's volume (Steiner's formula)."""
     from scipy.spatial import ConvexHull
 
     hull, half = ConvexHull(body.places), body.pitch / 2

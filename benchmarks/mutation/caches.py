@@ -1,4 +1,4 @@
-"""A cache of compiled kernels for one mutant: what was compiled before, but for what the change may be built into."""
+"""A cache of compiled kernels for one mutant: kernels compiled before, but not the ones that may contain the change."""
 
 from __future__ import annotations
 

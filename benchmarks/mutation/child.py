@@ -2,7 +2,7 @@
 
 The module is imported from the text in the file SOURCE, in the place of its own; `-` changes nothing. Standard input is JSON: a list
 of cases as [domain, name, seconds of CPU that it may take], run in this order, with a change up to the first that does not end as it must. Each
-line of standard output is JSON: the address of a case before it is run, then what came of it, and last the modules that were imported.
+line of standard output is JSON: the address of a case before it is run, then its outcome, and last the modules that were imported.
 A case that takes longer ends the process by SIGPROF.
 """
 
@@ -31,7 +31,7 @@ _MEMORY = 6 << 30
 
 
 class _Changed(SourceFileLoader):
-    """Loads a module from another text than that of its file, and keeps no bytecode."""
+    """Loads a module from another text than the text of its file, and keeps no bytecode."""
 
     def __init__(self, name: str, path: str, text: bytes) -> None:
         super().__init__(name, path)
@@ -81,7 +81,7 @@ def main(module: str, source: str) -> int:
 
 
 def _ran(told: IO[str], domain: str, name: str) -> bool:
-    """Tell what came of a case, and return whether it ended as it must."""
+    """Report the outcome of a case, and return whether it ended as it must."""
     try:
         from stretch_bt.hardcases import case, run
 

@@ -99,7 +99,7 @@ def _logic(node: ast.AST) -> ast.expr | None:
     return None
 
 
-#: what is done to a node, or nothing where that is of another kind
+#: the change of a node, or None where the node is of another kind
 KINDS: dict[str, Callable[[ast.AST], ast.expr | None]] = {
     "comparison flipped": _flip,
     "constant changed": _change,
@@ -156,7 +156,7 @@ def _changes(tree: ast.Module) -> Iterator[tuple[str, ast.expr, ast.expr]]:
 
 
 def _functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
-    """Yield outermost functions and methods, but those that only tell."""
+    """Yield outermost functions and methods, but not the ones that only make text."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.FunctionDef):
             if node.name not in _TOLD:

@@ -1,4 +1,4 @@
-"""What hard cases say of the code as it is, and of mutants: rows that are kept, each found in a process of its own."""
+"""Verdicts of hard cases on the code as it is, and on mutants: rows that are kept, each found in a process of its own."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Address = tuple[str, str]
 
 @dataclass
 class _Heard:
-    """What a child process told: the case it was at, seconds by case, outcomes that were wrong, and what it imported."""
+    """What a child process reported: the case it was at, seconds by case, outcomes that were wrong, and the modules it imported."""
 
     at: Address = ("", "")
     seconds: dict[Address, float] = field(default_factory=dict)
@@ -145,7 +145,7 @@ class Judge:
     def _heard(
         self, module: str, source: str, order: list[tuple[str, str, float]], env: dict[str, str]
     ) -> tuple[_Heard, str]:
-        """Return what a child process told, and how it ended where it did not end by itself."""
+        """Return what a child process reported, and how it ended where it did not end by itself."""
         command = [sys.executable, "-m", "benchmarks.mutation.child", module, source]
         env = {**env, **ONE_THREAD, "PYTHONPATH": str(ROOT)}
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:

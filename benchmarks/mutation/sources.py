@@ -76,7 +76,7 @@ def files(domain: str) -> list[Path]:
 
 
 def module_of(path: Path) -> str:
-    """Return the name by which a file of the package is imported."""
+    """Return the name under which a file of the package is imported."""
     return ".".join(("stretch_bt", *path.relative_to(PACKAGE).with_suffix("").parts))
 
 

@@ -17,7 +17,7 @@ SMALL = {"diameters": [0.02, 0.03], "stretches": [0.0, 0.01], "depths": [0.0, 0.
 
 
 class Sensor:
-    """A force sensor that says what it is told, with the number of each reading; the last one stays."""
+    """A force sensor that gives scripted forces, with the number of each reading; the last one stays."""
 
     def __init__(self, forces, numbers=None):
         self.forces, self.numbers, self.now, self.zeroed = list(forces), numbers, lambda: 0.0, 0
@@ -70,7 +70,7 @@ class Bench:
         return node
 
     def shared(self, port):
-        """Return what reads the key of the port's name, or the port's default where it is unset."""
+        """Return a function that reads the key of the port's name, or gives the port's default where it is unset."""
         key = self.keys.get(port.name, Cell(port.name))
         return key.read if port.required else lambda: port.default if key.value is MISSING else key.value
 
@@ -124,7 +124,7 @@ def bench(tmp_path):
 
 @pytest.fixture
 def saying():
-    """Make a force sensor that says what it is told."""
+    """Make a force sensor that gives scripted forces."""
     return Sensor
 
 

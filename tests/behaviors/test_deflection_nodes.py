@@ -125,7 +125,7 @@ def test_a_press_that_was_left_alone_forgets_its_readings_before() -> None:
 
 
 def test_a_press_at_the_place_of_an_earlier_one_is_another() -> None:
-    near, far, off = 0.009, 0.012, 8e-5  # by which the hand stands otherwise as it comes back
+    near, far, off = 0.009, 0.012, 8e-5  # m; `off` is the change of the hand's height as it comes back
     node = tracked([(near, top_of(near)), (near, top_of(near)), (far, top_of(far))], frame_noise=3e-4, frames=16)
     back: dict[str, Any] = {"frame_noise": 3e-4, "frames": 16, "height_sd": 1e-5}
     node = look(kept(node), near, top_of(near) + off, **back, rested=True)

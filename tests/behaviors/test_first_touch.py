@@ -43,7 +43,7 @@ FREE = frames(*[0.0] * 12)
 
 @pytest.fixture
 def above(bench):
-    """Return a run with the hand above an object, which sees the membrane as it is told."""
+    """Return a run with the hand above an object, whose camera shows the given frames."""
 
     def make(seen=FREE, motion=(MOVING, DONE), force=0.1, limits=None):
         made = bench(camera=ScriptedDevice("DepthCamera", {"frame": list(seen)}))
@@ -213,8 +213,8 @@ def test_a_touch_too_light_to_be_seen_adds_nothing(above, before):
     assert node.sinks["top_readings"].value == (before or TopReadings())
 
 
-TOP, SOFT = 0.06, 0.2  # m, and by which part of the depth of the membrane, at 1 mm, a top gives way
-GROWS = drop_power(Estimate(0.1, 0.05), POWER)  # with the depth, in mounts that nobody told of
+TOP, SOFT = 0.06, 0.2  # m, and how far a top gives way at a depth of 1 mm, as a share of it
+GROWS = drop_power(Estimate(0.1, 0.05), POWER)  # power of the depth, in mounts of unknown strain
 
 
 def touches(soft, depths=(0.001, 0.002, 0.003, 0.004, 0.005), power=GROWS.value):
@@ -222,7 +222,7 @@ def touches(soft, depths=(0.001, 0.002, 0.003, 0.004, 0.005), power=GROWS.value)
 
 
 def learned(hang_sd):
-    """Return a static error of nothing, learned from a membrane of which so much is unknown how far it hung."""
+    """Return a static error of zero, learned from a membrane whose sag has a standard deviation `hang_sd`, m."""
     zero = np.zeros((2, 2), np.float32)
     return Pattern(zero, zero, left=0.0, hang=0.0, hang_sd=hang_sd, rate=0.0, time=0.0)
 

@@ -46,14 +46,14 @@ def records() -> dict[str, Any]:
 
 
 def plausible(info: NodeInfo, port: Port) -> Any:
-    """Return what a port is given: nothing where it needs nothing, else a record or a number."""
+    """Return a value for a port: its default where it needs none, else a record or a number."""
     if port.required:
         return 0.01 if info.types[port.name].is_number else records().get(port.name, port.default)
     return port.default
 
 
 def placed(info: NodeInfo, devices: dict[str, Any] | None = None, **inputs: Any) -> Behavior:
-    """Return a node at its place, with its ports wired to what is given, to their defaults, or to what is plausible."""
+    """Return a node at its place, with its ports wired to given values, to their defaults, or to plausible values."""
     node = info.cls(f"main/{info.name}")
     node.context = RunContext()
     node.context.devices = devices or {}

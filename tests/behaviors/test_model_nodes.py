@@ -1,4 +1,4 @@
-"""Nodes that compute: what they write carries its error, and what has no answer is a FAILURE with its reason."""
+"""Nodes that compute: each value they write carries its error, and a question without an answer is a FAILURE with its reason."""
 
 from dataclasses import replace
 from functools import partial

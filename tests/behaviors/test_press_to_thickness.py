@@ -14,7 +14,7 @@ TOUCHED, HAND, DISTANCE = 0.060, 0.055, 0.2  # of `bench`; of the hand while it 
 CAMERA = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)
 MOVING, DONE, BLOCKED = MotionState.MOVING, MotionState.DONE, MotionState.BLOCKED
 TOP = 0.008  # m over the flat membrane, at which the membrane over the flat top is seen
-LIFT = 0.22e-3  # m, by which such a membrane stands above such a top
+LIFT = 0.22e-3  # m, how far such a membrane stands above such a top
 
 
 def frame(top):

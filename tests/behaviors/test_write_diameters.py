@@ -11,7 +11,7 @@ FOUND = (Found("fit", 0.021, 1e-4, 0.018, 2e-4, "ellipse"), *(Found(m, refused="
 
 
 def measure(made, presses=None, table=""):
-    """Plan, and write what was found at each press that is left, or at so many; return how many."""
+    """Plan, and write the sizes found at each press that remains, or at so many; return how many."""
     made.run("plan_protocol", **SMALL, table=table)
     left = made.left()[:presses]
     for press in left:

@@ -27,7 +27,7 @@ def test_rows_hold_what_was_measured_and_where(bench, tmp_path):
 
 
 def test_the_table_that_a_node_was_given_does_not_grow(bench, small):
-    """Whoever keeps it sees what it saw: a table with a row more is another one."""
+    """A table that is kept stays as it was: with a row more it is another one."""
     made = bench()
     made.run("plan_protocol", **small)
     before = made.keys["measured"].value

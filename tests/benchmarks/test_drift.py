@@ -1,4 +1,4 @@
-"""Long runs, short: what must stay the same does, and what does not is noticed."""
+"""Long runs, short: quantities that must stay the same do, and any that changes is noticed."""
 
 import math
 from dataclasses import replace

@@ -85,7 +85,7 @@ def test_rows_are_the_contract(cli, bench):
     assert [row["default"] for row in rows] == [True, False, False]
     assert [row["status"] for row in rows] == ["ok", "refused", "ok"]
     assert rows[1]["reason"] == "NoEquilibrium: it slid off"
-    assert bench.asked == ["coarse", "fine"]  # what needs the lost one is not tried
+    assert bench.asked == ["coarse", "fine"]  # jobs that need the lost one are not tried
     for row in rows:
         assert (row["domain"], row["unit"]) == ("membrane", "1")
         assert row["setting"].keys() == {"series", "variant"}

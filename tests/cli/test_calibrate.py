@@ -35,7 +35,7 @@ def kept():
 
 @pytest.fixture
 def calibrated(cli, record, tmp_path, kept):
-    """Return a file with the calibration of the table, and what is printed as it is made."""
+    """Return a file with the calibration of the table, and the output printed as it is made."""
     out = tmp_path / "hand.json"
     if not kept:
         code, printed, _ = cli("calibrate", record / NAME, "--out", out)

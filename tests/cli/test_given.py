@@ -34,7 +34,7 @@ def test_a_variable_that_is_not_set_is_no_default(cli, tmp_path, monkeypatch, wo
     ],
 )
 def test_a_file_of_another_kind_is_named_with_who_takes_it(cli, tmp_path, format_, taker):
-    """It was told to write 'stretch-tree/1', and then that every key of it is wrong."""
+    """The error once said to write 'stretch-tree/1', and then that every key is wrong."""
     path = tmp_path / "other.yaml"
     path.write_text(f"format: {format_}\ndevices: {{a: b}}\nexpect: {{}}\n")
     code, _, err = cli("run", str(path))
@@ -57,7 +57,7 @@ def test_a_file_of_another_kind_is_named_with_who_takes_it(cli, tmp_path, format
     ],
 )
 def test_where_another_kind_is_wanted_that_alone_is_told(cli, tmp_path, words, format_, said):
-    """A cell was told to be of the format that it did you mean, and then that it knows no key of a tree."""
+    """Where a cell was wanted, the error once suggested its format, and then named each key of a tree as unknown."""
     (tmp_path / "other.yaml").write_text(f"format: {format_}\ntick: 10 ms\nnothing: 1\n")
     code, _, err = cli(*words)
     assert code == 2
@@ -153,7 +153,7 @@ def test_a_tree_is_written_as_the_name_of_its_file_ends(cli, tmp_path, words, be
     ("name", "said"), [("press.svg", "does not end in a picture format"), ("there/p.png", "make it first")]
 )
 def test_a_picture_that_cannot_be_written_is_told_before_anything_is_solved(cli, tmp_path, monkeypatch, name, said):
-    """It was told after 12 to 26 s."""
+    """The error once came after 12 to 26 s."""
     monkeypatch.setattr("stretch_bt.simulation.press", lambda *given, **more: pytest.fail("it was solved"))
     words = ("press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "8mm")
     code, _, err = cli(*words, "--plot", str(tmp_path / name))
@@ -188,7 +188,7 @@ class Fingers(GripperDriver):
     ],
 )
 def test_what_cannot_be_activated_is_told(cli, tmp_path, devices, said):
-    """A gripper without an activation was told as activated, and none was one 'of that name'."""
+    """A gripper without an activation was once reported as activated, and a missing gripper as none 'of that name'."""
     (tmp_path / f"{tmp_path.name}.py").write_text(OWN_GRIPPER)
     cell = tmp_path / "own.yaml"
     cell.write_text(f"format: stretch-cell/1\nimports: {{own: {tmp_path.name}}}\ndevices: {devices}\n")

@@ -13,7 +13,7 @@ KEYS = ["domain", "name", "expected", "outcome", "ok", "iterations", "residual",
 
 @pytest.fixture
 def only(monkeypatch):
-    """Put some cases in the place of those of a domain."""
+    """Put some cases in the place of a domain's cases."""
 
     def put(*cases):
         monkeypatch.setattr(registry, "cases", lambda domain: {case.name: case for case in cases})

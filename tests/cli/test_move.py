@@ -55,7 +55,7 @@ def test_it_goes_up_and_comes_back_down(cli, behind):
     assert not behind.controller.running
 
 
-# (what is asked for, exit code, part of what is said)
+# (options, exit code, part of the message)
 REFUSED = [
     ((), 2, "name one of --up and --down"),
     (("--up", "10mm", "--down", "10mm"), 2, "name one of --up and --down"),

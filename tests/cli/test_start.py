@@ -96,7 +96,7 @@ def test_a_signal_at_any_instant_of_the_end_changes_neither_code_nor_document(ca
         assert "KeyboardInterrupt" not in err.replace("stopped by KeyboardInterrupt\n", "")
 
 
-#: where the outputs go, what the node does -> the exit code, and whether standard error tells of it
+#: where the outputs go, what the node does -> the exit code, and whether standard error reports the loss
 LOST = {
     (">/dev/full", ""): (0, True),
     (">/dev/full", "raise ValueError"): (1, True),

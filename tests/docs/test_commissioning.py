@@ -40,7 +40,7 @@ PATIENT = {
     "    use: realsense\n": "    lost_after: 5 s\n",
     "    model: 2f140\n": "    timeout: 500 ms\n",
 }
-#: what stands in for the robot, and what is followed where camera and membrane are simulated too, by the tests of wired runs
+#: commands not followed here: the robot's stand-ins; and two with camera and membrane simulated too, which the tests of wired runs follow
 APART = (
     "stretch-bt emulate ur robotiq ati realsense --scene water_balloon --control 29998",
     "stretch-bt calibrate-hand lab.yaml --out hand.yaml",
@@ -56,7 +56,7 @@ def commands():
 
 @pytest.fixture
 def folder(tmp_path):
-    """The files of the page, with the addresses of stand-ins as the page tells to write them."""
+    """The files of the page, with the addresses of stand-ins written as the page asks."""
     for block in DOCS["blocks"](PAGE):
         if "file" in block.marks:
             text = re.sub(r"\b(host: [\d.]+|serial: \S+)", f"host: {HOST}", block.text)

@@ -1,6 +1,6 @@
-"""The documentation says what the package does: its files check, its commands run, its tables are those of the code.
+"""The documentation says what the package does: its files check, its commands run, its tables equal the code's.
 
-In a page, an HTML comment before a block says what it is:
+In a page, an HTML comment before a block states its kind:
 `file: NAME` it is written there; `run: 0 2` its commands are run and exit so; `says` its lines stand in the output of the
 commands before it; `wrong: code` it is refused for that; `header` and `body` a tree and places that may stand in it.
 """

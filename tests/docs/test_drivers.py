@@ -1,4 +1,4 @@
-"""The drivers on the page are those that `new device` writes, short, and hold the contract of devices."""
+"""The drivers on the page are the ones that `new device` writes, short, and hold the contract of devices."""
 
 import ast
 import io

@@ -25,7 +25,7 @@ from stretch_bt.simulation.scene import load_scene
 
 
 class Clock:
-    """A clock that stands until it is moved; after that it waits until those who listen have noticed.
+    """A clock that stands until it is moved; after that it waits until all listeners have noticed.
 
     One that `runs` goes by itself.
     """
@@ -50,7 +50,7 @@ class Clock:
 
 
 class Notes:
-    """A journal that keeps what it is told."""
+    """A journal that keeps every line it is given."""
 
     def __init__(self) -> None:
         self.lines: list[tuple] = []

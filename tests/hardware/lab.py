@@ -25,6 +25,6 @@ DEVICES = {
 
 
 def lab_cell(host, devices):
-    """Return a cell file's text: `devices` are those wanted, by name, and what they are told beyond or other than by DEVICES."""
+    """Return a cell file's text: `devices` has the wanted devices by name, each with the options that differ from DEVICES."""
     lines = (f"  {name}: {json.dumps({**DEVICES[name], 'host': host, **own})}\n" for name, own in devices.items())
     return HEAD + "".join(lines)

@@ -14,7 +14,7 @@ devices:
   arm: {type: Arm, use: replay, file: press.npz}
 """
 
-#: kinds of cell whose device is reached over a wire: what it is called in the file, its stand-in, the wire
+#: kinds of cell whose device is reached over a wire: its name in the file, its stand-in, the wire
 LIVE = {
     "robotiq-rtu": ("robotiq", "robotiq", "rtu"),
     "robotiq-tcp": ("robotiq", "robotiq", "tcp"),

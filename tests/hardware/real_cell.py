@@ -10,7 +10,7 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.testing import device_contract
 from stretch_bt.testing.contract.trial import READINGS
 
-#: a cell file; names of those of its devices that may move, with spaces between them
+#: a cell file; names of the devices in it that may move, with spaces between them
 CELL, MOVE = "STRETCH_BT_CELL", "STRETCH_BT_MOVE"
 #: the hand goes up, and the fingers open, by this, m, at this speed, m/s
 WAY, SPEED = 0.015, 0.015

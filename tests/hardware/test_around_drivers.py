@@ -66,7 +66,7 @@ def test_a_frame_that_is_too_old_is_refused_and_the_camera_stays_ready(make_cell
     assert ("fault", "camera", "StaleReading") in notes.lines
 
 
-# what happens between a first motion of `a` and a second look at it: (events, state of the first, is anything moving)
+# events between a first motion of `a` and a second look at it: (events, state of the first, whether anything is moving)
 OWNERSHIP = [
     ([], "moving", True),
     (["a stops"], "stopped", False),

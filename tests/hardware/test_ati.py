@@ -49,7 +49,7 @@ def sensor(make_cell):
 
 
 def until(ask):
-    """Return what `ask` returns once it is true."""
+    """Return the first answer of `ask` that is true."""
     end = time.monotonic() + LIMIT
     while time.monotonic() < end:
         if answer := ask():
@@ -151,7 +151,7 @@ def test_zero_is_kept_and_the_load_after_it_is_read(sensor, clock):
     device, stand_in = sensor
     stand_in.inject("load", {"fx": 1.0, "fy": -2.0, "fz": -4.0})
     until(lambda: math.dist(device.wrench(1e6).value.force, (-1.0, 2.0, 4.0)) < 0.05)
-    clock.time += 1.0  # what was measured before is too old for the mean
+    clock.time += 1.0  # earlier readings are too old for the mean
     device.zero()
     assert mean_force(device) == pytest.approx([0.0, 0.0, 0.0], abs=0.005)
     stand_in.inject("load", {"fx": 1.0, "fy": -2.0, "fz": -5.0})

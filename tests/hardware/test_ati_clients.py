@@ -1,4 +1,4 @@
-"""Clients of a force sensor as others write them: the stream, the commands over TCP, and the page that says what a count is."""
+"""Clients of a force sensor as others write them: the stream, the commands over TCP, and the page that gives the size of a count."""
 
 import http.client
 import socket

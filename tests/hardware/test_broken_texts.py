@@ -1,4 +1,4 @@
-"""Errors of drivers whose text cannot be made: a reason is told all the same."""
+"""Errors of drivers whose text cannot be made: a reason is reported all the same."""
 
 from types import SimpleNamespace
 

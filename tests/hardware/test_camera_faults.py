@@ -50,9 +50,9 @@ ENDS = [
     ("restart", {}, DeviceFault, "the camera was restarted"),
     ("jump", {}, DeviceFault, "its clock jumped ahead by"),
 ]
-#: of these, what others stand for, by what is seen of them and said
+#: faults that others stand for, which are seen and reported alike
 ALIKE = {"reset", "slow", "late", "loss", "clock", "dark", "truncate", "garbage", "jump"}
-#: those of which a lasting one is in the default run
+#: faults whose lasting kind is in the default run
 LASTING = {"repeat", "stale", "torn", "corrupt"}
 # (fault, parameters, the counter that shows it)
 HARMLESS = [

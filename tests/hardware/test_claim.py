@@ -1,4 +1,4 @@
-"""One program has a device at a time: claims, what frees them, and what is refused."""
+"""One program has a device at a time: claims, the events that free them, and refusals."""
 
 import os
 import signal

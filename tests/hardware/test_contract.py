@@ -24,7 +24,7 @@ from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.implementations import SHIPPED, driver_class
 from stretch_bt.testing import device_contract
 
-#: wires on which a gripper is what it is on the first one: that it moves there is in the default run
+#: wires on which a gripper behaves as on the first one; the test that it moves there is in the default run
 ALIKE = ("robotiq-tcp", "robotiq-serial")
 FINGERS = {"moves": (0.055, 0.085), "tolerance": 0.001, "latency": 0.15}
 HAND = {
@@ -44,7 +44,7 @@ OF_LIVE = {
     ),
     "realsense": ("camera", "DepthCamera", {"tolerance": 0.001, "latency": 0.2}),
 }
-#: options of a cell file under which a loss is told soon
+#: options of a cell file with which a loss is reported soon
 SOON = {"realsense": {"lost_after": "1 s"}}
 
 

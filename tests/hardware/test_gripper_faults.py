@@ -17,7 +17,7 @@ from stretch_bt.hardware.robotiq.registers import FAULTS, Command
 ALL = ("robotiq-rtu", "robotiq-tcp", "robotiq-serial", "urcap")
 NETWORK = ("robotiq-rtu", "robotiq-tcp", "urcap")
 TIMEOUT = "300 ms"
-#: wires on which these losses are what they are on the first one
+#: wires on which these losses are as on the first one
 ALIKE = ("robotiq-tcp", "robotiq-serial")
 OF_THEIR_OWN = ("drop", "refuse")
 #: that the second driver takes as the first one does
@@ -47,7 +47,7 @@ OWN = [
 
 
 def repeats(kind, fault):
-    """Return whether a loss is on a wire what it is on another one."""
+    """Return whether a loss on a wire is the same as on another wire."""
     return fault not in OF_THEIR_OWN if kind in ALIKE else kind == "urcap" and fault in LIKE_RTU
 
 

@@ -91,7 +91,7 @@ class ArmOfTest(ArmDriver):
 
 
 class ForceSensorOfTest(ForceSensorDriver):
-    """A sensor under another load than that of the scene, which begins at zero."""
+    """A sensor under another load than the scene's, which begins at zero."""
 
     class Options(Options):
         type: Literal["ForceSensor"]

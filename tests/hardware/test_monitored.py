@@ -137,7 +137,7 @@ class Numb(GripperDriver):
 
 
 def test_fingers_that_are_nowhere_are_within_no_limit():
-    """NaN is past no limit, and was told as ok."""
+    """NaN is past no limit, and was once reported as ok."""
     driver, gripper = opened(MonitoredGripper, Numb)
     motion = gripper.move(0.07, speed=0.02, owner="a")
     assert motion.poll() is MotionState.MOVING

@@ -20,7 +20,7 @@ ALIKE = {
 
 
 def hooks(effect):
-    """Return the names of all that an effect can be asked to do once it is made, those of its group included."""
+    """Return the names of all methods of an effect that can be called once it is made, its group's included."""
     groups = [c for c in effect.__mro__ if issubclass(c, Effect)]
     names = {name for c in groups for name, member in vars(c).items() if inspect.isfunction(member)}
     return sorted(name for name in names if not name.startswith("__"))
@@ -43,7 +43,7 @@ def counting(name, method, calls):
 
 @pytest.fixture
 def watched(monkeypatch):
-    """Break all that is off in a scene, count the calls of what is on, and return the counts, and the names of what is on."""
+    """Break every effect that is off in a scene, count the calls of the others, and return the counts and the others' names."""
 
     def watch(scene):
         calls = Counter()

@@ -89,7 +89,7 @@ def test_the_fastest_for_a_peak_comes_to_it_and_no_faster_one_does(stopping):
 #: what the connection does meanwhile: holds readings back for almost `lost_after`, or sends no new one from the touch on
 FAILS = {"late": {"delay": 0.17}, "repeat": {}}
 PRESSES = [(0.02, 20e3), (0.05, 5e3), (0.05, 200e3), (0.1, 20e3), (0.25, 200e3)]
-#: presses of which the one that is left tells the same
+#: presses that the remaining one stands for
 BETWEEN = {PRESSES[0], PRESSES[1], PRESSES[3], PRESSES[4]}
 WALL = 0.15
 

@@ -1,4 +1,4 @@
-"""The twin behind stand-ins, in a process of its own: what they feel and see is what it is where the hand is."""
+"""The twin behind stand-ins, in a process of its own: they feel and see it where the hand is."""
 
 import math
 import os
@@ -92,7 +92,7 @@ def difference(frame, wanted):
 
 
 def test_an_object_goes_back_to_what_it_was_with_every_new_cell(tmp_path, own_hosts):
-    """What is served again knows nothing of what was served before, and nothing of it is left."""
+    """Each new serving knows nothing of the one before, and none of its processes is left."""
     scene = tmp_path / "scene.yaml"
     scene.write_text(QUIET + "fidelity: hertz\n")
     for _ in range(2):

@@ -110,7 +110,7 @@ def test_the_fingers_end(clock, advance, tmp_path):
 
 
 def test_a_frame_shows_the_hand_as_it_was_at_exposure(make_cell, clock):
-    """A frame belongs to its own instant also when the arm was told something else since."""
+    """A frame belongs to its own instant also when the arm got another command since."""
     cell = make_cell()
     arm, camera = cell.devices["arm"], cell.devices["camera"]
     arm.move(Pose((0, 0, 0.1)), speed=0.1, owner="a")
@@ -171,7 +171,7 @@ def test_repeatability_is_what_the_scene_says(clock, advance, tmp_path):
 
 
 def test_what_is_told_is_as_old_as_the_scene_says(clock, tmp_path):
-    """While the hand goes down, a late force is that of where the hand was, and a late frame shows it there."""
+    """While the hand goes down, a late force is the force where the hand was, and a late frame shows it there."""
     late = load_scene(
         ball(tmp_path, "{latency: {camera: 100 ms, force: 40 ms}, force_sensor_noise: off, fixed_pattern: off}")
     )

@@ -51,7 +51,7 @@ MOVES = {
 @pytest.mark.parametrize("device", ["arm", pytest.param("gripper", marks=pytest.mark.slow)])
 def test_a_node_that_hangs_has_what_moves_stopped(own_hosts, tmp_path, monkeypatch, device):
     step, place, (begin, most) = MOVES[device]
-    monkeypatch.setattr(registry, "_nodes", registry.load_all())  # what is registered here is forgotten after it
+    monkeypatch.setattr(registry, "_nodes", registry.load_all())  # nodes registered here are forgotten after the test
     monkeypatch.delitem(sys.modules, "stuck_nodes", raising=False)
     (tmp_path / "stuck_nodes.py").write_text(NODES)
     (tmp_path / "tree.yaml").write_text(TREE.replace("MOVING", step))

@@ -74,7 +74,7 @@ OTHERS = {"registers", "local", "loss"}
 
 
 def rows(table):
-    """Return a table for parametrize, those that others stand for marked slow."""
+    """Return a table for parametrize; rows that others stand for are marked slow."""
     return [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE else []) for row in table]
 
 

@@ -1,4 +1,4 @@
-"""Questions by RTDE without a client library: what they tell, whom they disturb, and peers that are no controllers."""
+"""Questions by RTDE without a client library: the answers, the clients that they disturb, and peers that are no controllers."""
 
 import contextlib
 import socket

@@ -1,4 +1,4 @@
-"""URScript that clients send: what it does, and what is said of one that cannot be read or cannot go on."""
+"""URScript that clients send: what it does, and the messages for a program that cannot be read or cannot go on."""
 
 import math
 import struct
@@ -57,7 +57,7 @@ def function(body):
     return "def program():\n" + body + "\nend\n"
 
 
-#: an expression, and what it is
+#: an expression, and its value
 EXPRESSIONS = {
     "1 + 2 * 3 - 4 / 2": "5",
     "-2 * -(3 - 1)": "4",
@@ -166,7 +166,7 @@ def test_a_secondary_program_runs_beside_the_main_one(bench):
     assert bench.faults() == [(2, "compile_error_name_not_found:movej:")]
 
 
-#: what cannot be read: its line, and what is said
+#: programs that cannot be read: the line, and the message
 UNREADABLE = {
     function(" nosuch(1)"): (2, "compile_error_name_not_found:nosuch:"),
     function(" x = y"): (2, "compile_error_name_not_found:y:"),
@@ -188,7 +188,7 @@ def test_what_cannot_be_read_is_said_and_moves_nothing(bench, text):
     assert bench.controller.arm.steady
 
 
-#: what cannot go on, by its last line: what is said
+#: programs that cannot go on, by their last line: the message
 UNABLE = {
     "x = 1 / 0": "division by zero",
     "x = [1][3]": "index out of range",

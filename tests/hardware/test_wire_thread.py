@@ -11,7 +11,7 @@ from stretch_bt.hardware.wire_thread import WireError, WireThread
 
 
 class Counting:
-    """A wire that counts; what is in `broken` is raised, and `gate` holds it up."""
+    """A wire that counts; it raises the exception in `broken`, and `gate` holds it up."""
 
     def __init__(self):
         self.value = 0

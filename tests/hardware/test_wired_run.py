@@ -19,7 +19,7 @@ from stretch_bt.hardware.emulators.registry import stand_in_class
 
 PROGRAM = Path(__file__).with_name("wired_run.py")
 PHASES = ("approach", "press", "roll", "retract", "set_stretch")
-#: what ends no run, or not the one of a device that is not told to move then
+#: faults that end no run, or no run in which their device has no command to move
 HARMLESS = {
     *(("ur", fault) for fault in ("registers", "local", "loss", "wall")),
     *(("robotiq", fault) for fault in ("object", "unit", "late", "deaf")),
@@ -47,7 +47,7 @@ def faults(*devices):
 
 
 def cases(phase):
-    """Return what can go wrong in a phase; while only the fingers move, it is what the gripper does."""
+    """Return the faults of a phase; while only the fingers move, the gripper's alone."""
     for device, fault in [*faults("ur", "robotiq", "ati"), ("driver", "kill"), ("driver", "hang")]:
         if device == "robotiq" if phase == "set_stretch" else (device, fault) not in MOVING:
             yield {"phase": phase, "device": device, "fault": fault}

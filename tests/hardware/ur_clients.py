@@ -1,4 +1,4 @@
-"""Programs for a process of their own: the real clients of a UR controller at an address, told of as one line of JSON.
+"""Programs for a process of their own: the real clients of a UR controller at an address, each reported as one line of JSON.
 
 The clients hold the interpreter while they connect, so that they cannot share one with a stand-in.
 """

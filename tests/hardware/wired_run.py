@@ -45,7 +45,7 @@ trees:
 """
 #: a camera is watched by who looks at it; the others by the guard
 WATCHED = {True: "repeat: {times: 1000, do: {capture: {frame: $frame}}}", False: "wait: {duration: 60 s}"}
-#: what each node is told where the fault comes in it, and where it only leads there
+#: inputs of each node where the fault comes in it, and where it only leads there
 STEPS = {
     "set_stretch": ("{stretch: 30 mm, speed: 20 mm/s}", None),
     "approach": ("{speed: 5 mm/s}", "{speed: 50 mm/s, readings: 2, average: 1}"),
@@ -91,7 +91,7 @@ UNDER_WAY = 0.004
 
 
 class Followed(Onlooker):
-    """Knows which nodes run, and when the run was over: what follows is closing devices and writing the report."""
+    """Knows which nodes run, and when the run was over: after that, devices are closed and the report is written."""
 
     def __init__(self):
         self.running = set()
@@ -187,7 +187,7 @@ def problems(result, record, servers, which):
     if found != RECORD:
         yield f"the record has {sorted(found)}"
     elif json.loads((record / "result.json").read_text())["status"] != result.status:
-        yield "the record does not tell how the run ended"
+        yield "the record does not say how the run ended"
     elif (again := replay(record).first_difference) is not None:
         yield f"its replay differs: {again}"
     state = eventually(lambda: not (now := servers.ask(do="state"))["ur"]["moving"] and now)

@@ -1,6 +1,6 @@
 """Stand-ins in a process of their own, which nothing of a run delays; a program that reads one JSON object a line and answers with one.
 
-A line names what is to be done: `start` stand-ins at a `host`, `inject` a fault into a `device`, tell the `state` of all, or `stop`.
+A line names a command: `start` stand-ins at a `host`, `inject` a fault into a `device`, report the `state` of all, or `stop`.
 `Servers` is the other end.
 """
 

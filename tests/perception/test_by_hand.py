@@ -1,4 +1,4 @@
-"""Contacts of heights: what is in them, and what is refused."""
+"""Contacts made from heights: their content, and refused heights."""
 
 import doctest
 

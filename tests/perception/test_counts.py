@@ -24,7 +24,7 @@ def frames(noise, **options):
     ("white", "shared", "most"), [(0.6e-3, (), 0.15e-3), (1e-3, (), 0.25e-3), (0.05e-3, ((0.4e-3, 3.0),), 0.5e-3)]
 )
 def test_noise_of_half_a_millimetre_evens_counts_of_one_out(white, shared, most):
-    """Flat tops were told within 0.3 mm, 0.4 of the frames refused, and under shared noise 1.4 mm off at a stated 0.1."""
+    """Flat tops were once within 0.3 mm, with 0.4 of the frames refused, and under shared noise 1.4 mm off at a stated 0.1."""
     noise = type(NOISES["bench"])(white, shared, 1e-3)
     errors, stated = [], []
     for number in range(12):
@@ -38,7 +38,7 @@ def test_noise_of_half_a_millimetre_evens_counts_of_one_out(white, shared, most)
 
 @pytest.mark.parametrize("white", [0.05e-3, 0.15e-3, 0.3e-3])
 def test_terraces_that_noise_leaves_are_refused_with_what_to_set(white):
-    """A ball was told 0.5 to 6 mm too low, at a stated 0.3 mm."""
+    """A ball was once measured 0.5 to 6 mm too low, at a stated 0.3 mm."""
     for frame in frames({"white": white}, quantum=1e-3):
         with pytest.raises(IllConditioned, match=r"in steps of 1 mm, .* a depth unit of 0.1 mm"):
             find_contact(frame)
@@ -56,7 +56,7 @@ def test_fine_counts_are_left_as_they_are(quantum):
 
 @pytest.mark.parametrize("beside", ["flying pixels", "table"])
 def test_a_quiet_frame_is_not_taken_for_coarse_counts(beside):
-    """All of a flat membrane may lie in one count, and the next depth that is seen be that of a table."""
+    """All of a flat membrane may lie in one count, and the next depth that is seen may be a table's."""
     random = np.random.default_rng(0)
     depth = 0.2 + 0.015e-3 * random.standard_normal((240, 200))
     if beside == "table":

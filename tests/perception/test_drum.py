@@ -26,7 +26,7 @@ def flat_contact():
 
 
 def found(shape, number, noise="SR305"):
-    """Return the lift over a body, and the height that it is told for."""
+    """Return the lift over a body, and the height of its top."""
     surface = surface_of(shape, number)
     contact = find_contact(seen(surface, NOISES[noise], np.random.default_rng(number)))
     return lift_off(contact.surface, contact.labels, surface.top, THICK, STRAIN, GAUGE), surface.top
@@ -42,7 +42,7 @@ def test_presses_of_the_solved_sheet_lie_within_what_the_law_states():
 
 
 def test_tops_that_bow_and_flat_ones_are_lifted_by_what_is_stated():
-    """A law that took those that bow for flat was off by 1.9 stated deviations, and by up to 5."""
+    """A law that took bowed tops for flat was off by 1.9 stated deviations, and by up to 5."""
     rng = np.random.default_rng(5)
     presses = [bowed(rng) for _ in range(20)]
     for flat in (True, False):

@@ -61,7 +61,7 @@ CALLS = {name: getattr(perception, name) for name in perception.__all__ if name 
 
 @pytest.fixture(scope="module")
 def given():
-    """Return an argument that is right, by its name; those of one function stand before those of all."""
+    """Return right arguments by name, and arguments by name for single functions, which come before the others."""
     frame = observe(seen(Press(Sphere(0.02), stretch=0.03, depth=0.01)), WHITE_05, seed=1)
     frame = replace(frame, pose=Pose((0.0, 0.0, 0.1)), hand_height=0.1)
     contact = perception.find_contact(frame)

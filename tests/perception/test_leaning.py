@@ -24,7 +24,7 @@ from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
     ],
 )
 def test_a_flat_top_that_leans_has_the_height_of_its_middle(shape, band, number):
-    """The high part of it was told, 0.3 to 2 mm too high at a stated 0.3 mm."""
+    """The height was once its high part's, 0.3 to 2 mm too high at a stated 0.3 mm."""
     surface, _ = leaning(shape, band, number)
     top = height(seen(surface, NOISES["white 0.3"], np.random.default_rng((number, 7))))
     assert abs(top.value - surface.top) < 4 * top.sd < 0.3e-3
@@ -53,7 +53,7 @@ def test_noise_that_hides_how_far_a_face_reaches_is_stated():
 
 
 def test_an_ellipse_that_leans_is_no_rectangle_of_half_its_width():
-    """Under a membrane that is as tense along as across it was told 8 mm too narrow at a stated 2 mm."""
+    """Under a membrane that is as tense along as across it was once measured 8 mm too narrow at a stated 2 mm."""
     x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH)[None, :], np.arange(-LONG, LONG + PITCH / 2, PITCH)[:, None]
     c, s = math.cos(0.45), math.sin(0.45)
     inside = np.hypot((c * x + s * y) / 11e-3, (c * y - s * x) / 7.85e-3) <= 1

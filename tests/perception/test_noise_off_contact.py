@@ -1,4 +1,4 @@
-"""Noise of long correlation is measured where the membrane is free, and what is no harmonic surface is not taken for it."""
+"""Noise of long correlation is measured where the membrane is free, and a surface that is not harmonic is not taken for noise."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ NOTHING = np.zeros(len(LENGTHS))
 
 
 def stated_over_true(shape, noise, draws):
-    """Return the stated standard deviation of a mean over a contact, over that of the noise that was made, rms over some frames."""
+    """Return the stated standard deviation of a mean over a contact, over the deviation of the noise that was made, rms over some frames."""
     found, made = [], NOISES[noise]
     for number in range(draws):
         frame = seen(surface_of(shape, number), made, np.random.default_rng((number, 7)))
@@ -32,7 +32,7 @@ def stated_over_true(shape, noise, draws):
 @pytest.mark.parametrize("noise", ["white 0.3 and 0.15, 8 px", "shared 0.3, 5 px", "white 0.3"])
 @pytest.mark.parametrize("shape", ["sphere", "sheet cylinder", "sheet sphere", "analytic sphere", "analytic disc"])
 def test_noise_is_stated_as_it_is_over_what_no_membrane_in_tension_is(shape, noise):
-    """It was a fifth at 8 pixels; over what ends in a kink, seven times as much at white noise, where an ellipse alone told it."""
+    """It was once a fifth at 8 pixels; over surfaces that end in a kink, seven times as much at white noise, by an ellipse alone."""
     assert 0.7 < stated_over_true(shape, noise, 3) < 2.2
 
 

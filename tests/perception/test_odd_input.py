@@ -73,7 +73,7 @@ def contact():
 
 
 def numbers(answer):
-    """Return all numbers of an answer, those that stand in fields too; what is hidden of a contact is None."""
+    """Return all numbers of an answer, also in its fields; the hidden part of a contact is None, which adds none."""
     if isinstance(answer, Estimate):
         return np.array([float(answer), answer.sd])
     if dataclasses.is_dataclass(answer):

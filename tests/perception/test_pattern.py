@@ -105,7 +105,7 @@ def test_latest_frames_count_only_when_they_are_known_to_be_free():
     assert view.pattern(GAUGE) is None
     view.settle()
     assert view.count == 10
-    assert view.pattern(GAUGE).rate == 0.0, "ten frames tell no drift"
+    assert view.pattern(GAUGE).rate == 0.0, "ten frames show no drift"
 
 
 def test_what_a_pattern_missed_counts_as_noise_of_the_whole_contact():

@@ -15,7 +15,7 @@ SHARED = NoiseSpectrum(np.array([0.3e-3**2]), np.array([5.0]))
 
 
 def points(every, radius):
-    """Return those of every so many rows and columns of a cap within a radius."""
+    """Return the points of every so many rows and columns of a cap within a radius."""
     v, u = (w.reshape(-1) for w in np.mgrid[0:SIDE:every, 0:SIDE:every])
     x, y = (u - SIDE / 2) * PITCH, (v - SIDE / 2) * PITCH
     near = np.hypot(x, y) <= radius
@@ -25,7 +25,7 @@ def points(every, radius):
 
 
 def discs(monkeypatch, every, radius=RADIUS):
-    """Return the radii, over that of the contact, of the discs that are tried."""
+    """Return the radii of the discs that are tried, over the contact's radius."""
     tried = []
     monkeypatch.setattr(wide_top, "_of_disc", lambda around, middle, radius, share: tried.append(share))
     by_wide_discs(Estimate(0.01, 5e-4), points(every, radius), points(every, 4 * radius))

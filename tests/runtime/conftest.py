@@ -1,4 +1,4 @@
-"""Small trees of probes that do as told and say what was done to them."""
+"""Small trees of probes that follow a script and note each call."""
 
 import os
 import signal
@@ -113,7 +113,7 @@ class Events:
 
 
 class Devices:
-    """A cell that counts how often it was stopped, and says what it was told to say then."""
+    """A cell that counts how often it was stopped, and gives scripted answers."""
 
     def __init__(self, *answers: Any) -> None:
         self.answers = list(answers)

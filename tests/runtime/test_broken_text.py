@@ -11,7 +11,7 @@ from stretch_bt.tree.registry import node
 
 
 class Mute(Exception):
-    """Cannot say what it is."""
+    """An exception whose text cannot be made."""
 
     def __str__(self) -> str:
         raise RuntimeError("no words")

@@ -153,7 +153,7 @@ def test_an_end_that_does_not_return_keeps_no_device_moving(hangs: Any) -> None:
     outcome = hangs.run("parallel: [{name: b, probe: {script: R}}, {name: a, hangs: {where: terminate}}]", cell=devices)
     assert (outcome.status, outcome.reason, devices.stops) == ("INTERRUPTED", "stopped by SIGINT", 2)
     assert outcome.errors == [cut("main/a")]
-    assert hangs.trace[-1] == "b.term(I)", "and the others are told"
+    assert hangs.trace[-1] == "b.term(I)", "and the others are ended"
 
 
 def test_a_finally_that_does_not_return_is_cut_short(hangs: Any) -> None:

@@ -114,7 +114,7 @@ def test_a_replay_ticks_at_every_recorded_time_also_after_one_that_was_late(benc
 
 
 class Sleepy(VirtualClock):
-    """A clock that is late by more and more, as that of a busy machine."""
+    """A clock that is late by more and more, as a busy machine's."""
 
     def __init__(self) -> None:
         super().__init__(start=0.7)

@@ -202,7 +202,7 @@ trees:
       - check: "c == mode or n > 0 or a == level"
     finally: {set: {c: done}}
 """
-#: what an older file gives in a `set`, and how it is written now
+#: values of a `set` in an older file, and how each is written now
 GIVEN = {
     "c: x": """c: "'x'\"""",
     "c: x, n: n + 1, mode: slow": """c: "'x'", n: n + 1, mode: "'slow'\"""",
@@ -244,7 +244,7 @@ def test_arguments_of_behaviours_stay_in_their_braces():
     )
 
 
-#: what an older file gives a key of text -> whether it is told that it is read as a name now
+#: values of a key of text in an older file -> whether a warning says that the value is read as a name now
 NAMED = {"c: a": True, "c: level": True, "$c: a": True, "c: $a": False, "c: x": False, "n: n": False, "c: none": False}
 
 

@@ -1,4 +1,4 @@
-"""Behaviours of other packages in a run: what they are given and give, when they are set up and shut down, and what is left of them."""
+"""Behaviours of other packages in a run: their inputs and outputs, when they are set up and shut down, and what remains of them."""
 
 import re
 import sys
@@ -127,7 +127,7 @@ TREE = "format: stretch-tree/1\ntick: 1 ms\nimports: {imports}\ntrees:\n  main:\
 
 @pytest.fixture
 def own(tmp_path):
-    """Return what runs a body of `main` with classes of an own module; `own.module` is that module."""
+    """Return a function that runs a body of `main` with classes of an own module; `own.module` is that module."""
 
     def run_body(body, imports="{own: own_behaviours}", **options):
         return run(write(body, imports), out=tmp_path / f"record{next(count)}", **options)
@@ -367,7 +367,7 @@ def test_check_leaves_nothing_on_the_blackboard_and_tells_what_a_class_refuses(o
     assert state() == ({}, {}, {})
 
 
-# --- what a tree is told
+# --- messages of check for a tree
 
 
 @pytest.mark.parametrize(

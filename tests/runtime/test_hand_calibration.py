@@ -259,7 +259,7 @@ def test_a_camera_that_stands_and_looks_aside_places_points_where_they_are(seed)
     np.testing.assert_allclose(to_world(seen, geometry.seen_from(pose)), to_world(points, pose), atol=1e-12)
 
 
-# (what is named, what is in hand.yaml, the only mistake that is told: file, line, code)
+# (the named file, the text of hand.yaml, the only mistake reported: file, code)
 MISTAKEN = [
     ("nowhere.yaml", "", ("wired.yaml", "file-missing")),
     ("folder", "", ("wired.yaml", "file-folder")),
@@ -288,7 +288,7 @@ def test_mistakes_in_the_file_of_a_hand_have_its_places(wired, tmp_path):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_ends_that_are_not_seen_for_what_they_are_write_no_file(tmp_path, seed):
-    """A camera 35 mm farther away sees too little: x was told 16 stated deviations off, and another seed gave a traceback."""
+    """A camera 35 mm farther away sees too little: x was once 16 stated deviations off, and another seed gave a traceback."""
     far = "format: stretch-scene/1\nobject: {type: sphere, diameter: 30 mm, rigid: true}\nhand: {camera: {z: 35 mm}}\n"
     (tmp_path / "far.yaml").write_text(far)
     words = ["calibrate-hand", "simulated", "--scene", str(tmp_path / "far.yaml"), "--yes", "--seed", str(seed)]

@@ -77,7 +77,7 @@ def test_G1_two_long_actions_in_one_reactive_node_are_refused_at_load(bench: Any
 
 
 def test_G2_an_interrupt_leaves_nothing_running(bench: Any) -> None:
-    """py_trees: `interrupt()` leaves nodes RUNNING without `terminate`; here each ends, told once."""
+    """py_trees: `interrupt()` leaves nodes RUNNING without `terminate`; here each ends, by one `terminate`."""
     runner = bench.runner("parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: RRi}}]")
     outcome = runner.run()
     assert (outcome.status, outcome.ticks) == ("INTERRUPTED", 3)
@@ -127,7 +127,7 @@ def _then(first: Callable[[], Any], second: Callable[..., Any]) -> Callable[...,
 
 
 def test_G4_an_error_in_update_ends_the_task_and_is_never_resumed(bench: Any) -> None:
-    """py_trees: the next tick resumes the faulty child without `initialise`; here the task ends, siblings are told."""
+    """py_trees: the next tick resumes the faulty child without `initialise`; here the task ends, and siblings are terminated."""
     outcome = bench.run("parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: RX}}]")
     assert (outcome.status, outcome.ticks) == ("ERROR", 2)
     assert outcome.reason == "main/b: RuntimeError: broken"
@@ -135,7 +135,7 @@ def test_G4_an_error_in_update_ends_the_task_and_is_never_resumed(bench: Any) ->
 
 
 def test_G4_a_node_that_breaks_in_its_first_tick_is_told_too(bench: Any) -> None:
-    """py_trees: it never was RUNNING, so nobody stops what it began; here it started, so it is told."""
+    """py_trees: it never was RUNNING, so nobody stops what it began; here it started, so it is terminated."""
     outcome = bench.run("sequence: [{name: a, probe: {}}, {name: b, probe: {script: X}}]")
     assert outcome.reason == "main/b: RuntimeError: broken"
     assert bench.trace[-1] == "b.term(I)"
@@ -144,7 +144,7 @@ def test_G4_a_node_that_breaks_in_its_first_tick_is_told_too(bench: Any) -> None
 
 
 def test_G5_an_error_in_terminate_does_not_keep_the_others_running(bench: Any) -> None:
-    """py_trees: the first raise ends the stop walk and all three stay RUNNING; here each is told, errors are collected."""
+    """py_trees: the first raise ends the stop walk and all three stay RUNNING; here each is terminated, errors are collected."""
     outcome = bench.run(
         "parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: R, stop_script: X}}, {name: c, probe: {script: Ri}}]"
     )

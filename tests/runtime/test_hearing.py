@@ -1,4 +1,4 @@
-"""A node that takes signals away from the run gets them taken back, and is told once."""
+"""Signals that a node takes away from the run are taken back, and the node is named once."""
 
 import json
 import os

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-#: runs a tree on the twin, and prints what was imported after the first tick; the twin itself is in another process where a robot is
+#: runs a tree on the twin, and prints modules imported after the first tick, but the twin's own: with a robot it is in another process
 PROGRAM = """
 import json, sys
 from stretch_bt import run

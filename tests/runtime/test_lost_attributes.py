@@ -1,4 +1,4 @@
-"""A node that loses what nodes are made of is named, and does not keep the run from its safe end."""
+"""A node that loses attributes that every node needs is named, and does not keep the run from its safe end."""
 
 from typing import Any, ClassVar
 

@@ -288,7 +288,7 @@ def test_a_start_that_is_to_run_on_does_so_until_it_is_stopped(tmp_path: Path) -
 
 
 def test_a_mock_of_a_construct_gives_the_keys_that_are_written_in_it(tmp_path: Path) -> None:
-    """They were told as outputs that it does not write."""
+    """They were once reported as outputs that it does not write."""
     tree = """
 format: stretch-tree/1
 trees:

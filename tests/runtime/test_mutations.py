@@ -25,7 +25,7 @@ T = TypeVar("T")
 SAMPLES = [Path(__file__).parent / "samples" / "every_construct.yaml", *(shipped(f"{t}.yaml") for t in shipped_trees())]
 PATHS = {path.stem: path for path in SAMPLES}
 TEXTS = {path.stem: path.read_text("utf-8") for path in SAMPLES}
-#: what each says is much of what another of the samples says
+#: samples that each say much the same as another sample
 ALIKE = ("palpate_active", "palpate_stiffness", "form_cookie", "form_cookie_fast", "contact_sensitivity", "reconstruct")
 samples = pytest.mark.parametrize(
     "sample", [pytest.param(name, marks=[pytest.mark.slow] * (name in ALIKE)) for name in TEXTS]
@@ -123,7 +123,7 @@ Role = tuple[str | bool, ...]
 
 
 def first_in_role(sample: str, roles: Callable[[str], Iterator[tuple[Role, T]]]) -> list[T]:
-    """Return what stands in a sample in each role that no sample before it has: a change of the rest is judged by the same code."""
+    """Return one value of a sample for each role that no sample before it has: a change of the rest is judged by the same code."""
     names = sorted(TEXTS, key=ALIKE.__contains__)
     before = {role for other in names[: names.index(sample)] for role, _ in roles(other)}
     found: dict[Role, T] = {}
@@ -163,7 +163,7 @@ def test_no_key_of_a_file_can_be_renamed_in_silence(sample: str, tmp_path: Path)
 
 
 def quantities(sample: str) -> Iterator[tuple[Role, re.Match[str]]]:
-    """Find every quantity of a sample, those in expressions included, that is no prose; its role is its unit after which word."""
+    """Find every quantity of a sample that is no prose, also in expressions; its role is its unit and the word before it."""
     text = one_line_a_doc(sample)
     prose = [(m.start(), m.end()) for m in re.finditer(r"(?:doc|fail|log): .*?(?=[,}\n]|$)|#.*", text)]
     for match in NUMBER_AND_UNIT.finditer(text):
@@ -308,7 +308,7 @@ def test_no_option_or_name_can_be_misspelt_in_silence(sample: str, tmp_path: Pat
 
 
 def named(sample: str) -> Iterator[tuple[Role, tuple[Path_, str]]]:
-    """Find every word of a sample that is a value; its role is what it says of what, and whether it is the name of a value."""
+    """Find every word of a sample that is a value; its role is its last two keys, and whether it is the name of a value."""
     free = {
         "doc",
         "name",

@@ -1,4 +1,4 @@
-"""Where own code breaks is told: its last own line, and every frame in the result, the record's report and, if asked, the terminal."""
+"""The place where own code breaks is reported: its last own line, and every frame in the result, the record's report and, if asked, the terminal."""
 
 import json
 import re
@@ -25,7 +25,7 @@ class BreaksOnce(Behavior):
     y: Out[Length]
 %s
 '''
-#: what a node does, its line in `own`, and what is told of it
+#: code of a node, its line in `own`, and a part of the message
 BREAKS = {
     "    def update(self): return read('{')": ("7 in read", "JSONDecodeError: Expecting"),
     "    def update(self): raise ValueError('boom')": ("13 in update", "ValueError: boom"),
@@ -150,7 +150,7 @@ def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json
     assert "hello" in told
 
 
-#: what the author of a motion gets wrong, and what is told of it
+#: mistakes of a motion's author, and a part of the message
 MOTIONS = {
     "    def start(self): return {}['x']": "in start",
     "    def start(self): return Still()\n    def watch(self): raise ValueError('w')": "in watch",
@@ -185,7 +185,7 @@ def test_a_mistake_in_a_motion_is_told_at_its_own_line(body: str, folder: Any, c
         assert broken["at"].endswith(MOTIONS[body])
 
 
-#: classes that make no node, and what is told of it
+#: classes that make no node, and a part of the message
 UNMADE = {
     "    def __init__(self, path=''): pass": "begin its __init__ with super().__init__(path)",
     "    def __new__(cls, *a, **k): return None": "BreaksOnce() gave None; its __new__ must return the node",

@@ -53,7 +53,7 @@ limits: {height: {min: -1 m, max: 1 m}, depth: 30 mm}
 
 
 class Trouble:
-    """Makes trouble once, at a tick or as soon after it as it can, and counts what starts and what is told to stop."""
+    """Makes trouble once, at a tick or as soon after it as it can, and counts the starts and the stops of nodes."""
 
     def __init__(self, way: str, tick: int) -> None:
         self.way = way
@@ -139,7 +139,7 @@ def stopped(way: str, tick: int, folder: Path, **options: Any) -> tuple[Trouble,
 
 
 def check_end(trouble: Trouble, result: RunResult) -> None:
-    """Check what is true of every end: told once, `finally` ran, devices at rest, the record closed."""
+    """Check every end: each node stopped once, `finally` ran, devices at rest, the record closed."""
     in_task = trouble.tick < trouble.at or (trouble.tick == trouble.at and result.status != "SUCCESS")
     if in_task and trouble.made:
         ends = {"update": {"ERROR"}, "terminate": {"INTERRUPTED", "ERROR"}}
@@ -150,7 +150,7 @@ def check_end(trouble: Trouble, result: RunResult) -> None:
         if not isinstance(node, FlowNode):
             assert trouble.starts[path] == trouble.stops[path], f"{path}: a start without an end"
         elif path in trouble.left_running:
-            assert told == 1, f"{path} was told {told} times"
+            assert told == 1, f"{path} was stopped {told} times"
         assert node.status.name in ("INVALID", "SUCCESS", "FAILURE")
     check_record(trouble, result)
     if trouble.runner.cell is not None:

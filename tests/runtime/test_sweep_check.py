@@ -37,7 +37,7 @@ WRONG = {
 
 @pytest.fixture
 def sweep(tmp_path):
-    """Write a sweep of an own tree with one line in place of that of its key."""
+    """Write a sweep of an own tree with one line in place of the line with the same key."""
     for name, text in {"own.yaml": TREE, "lib.yaml": LIBRARY, "broken.yaml": TREE + "x: 1\n"}.items():
         (tmp_path / name).write_text(text)
 
@@ -96,7 +96,7 @@ def test_a_cell_without_the_devices_of_a_tree_is_refused(tmp_path):
 
 
 def test_modules_beside_a_tree_elsewhere_are_not_imported(tmp_path):
-    """Whoever names a sweep file chose its folder, and not that of any tree which it names."""
+    """Whoever names a sweep file chose its folder, and not the folder of any tree which it names."""
     for name in ("sweeps", "trees"):
         (tmp_path / name).mkdir()
     (tmp_path / "trees" / "own_elsewhere.py").write_text("raise SystemExit('executed')\n")

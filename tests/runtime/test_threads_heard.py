@@ -1,4 +1,4 @@
-"""What breaks in a thread of own code is in the result, with its last own line; the exit code stays that of the task."""
+"""An exception in a thread of own code is in the result, with its last own line; the exit code stays the task's."""
 
 import json
 import os

@@ -100,7 +100,7 @@ def test_a_scene_knows_what_ports_are_compared_with():
 
 
 def test_a_height_above_the_membrane_is_not_compared_with_one_in_the_world():
-    """It was told to be 98 % off, beside the height of an object that nothing had touched."""
+    """It was once reported as 98 % off, beside the height of an object that nothing had touched."""
     result = run("watch_contact", params={"duration": "1 s"}, record="none")
     assert result.status == "SUCCESS"
     assert "highest" in result.outputs

@@ -163,7 +163,7 @@ def test_beside_the_object_nothing_touches(fidelity):
 
 
 def test_the_sheet_takes_a_tilted_hand():
-    """Tilted about its touch the hand still presses by the same depth, and what it feels is turned with it."""
+    """Tilted about its touch the hand still presses by the same depth, and the felt force is turned with it."""
     world = World(scene("rigid: true", "type: sphere, diameter: 20 mm, base: 30 mm", "sheet", "none"))
     flat = world.contact(Pose((0, 0, 0.045)), 0.03)
     tilted = world.contact(Pose((0, 0, 0.045), (0.1, 0, 0)), 0.03)

@@ -1,4 +1,4 @@
-"""What pydantic says is told in other words, whatever it is."""
+"""Every message of pydantic is given in other words."""
 
 import pytest
 from pydantic_core import PydanticKnownError
@@ -6,7 +6,7 @@ from pydantic_core._pydantic_core import list_all_errors
 
 from stretch_bt.source.plain_words import in_words
 
-#: told elsewhere, or of no value of a file
+#: errors reported elsewhere, or about no value of a file
 ELSEWHERE = ("missing", "extra_forbidden", "default_factory_not_called", "needs_python_object")
 ERRORS = [error for error in list_all_errors() if error["type"] not in ELSEWHERE]
 

@@ -1,4 +1,4 @@
-"""What is killed, and the rows in the end: those of a sweep that nothing disturbed."""
+"""Whatever is killed, the rows in the end are the rows of a sweep that nothing disturbed."""
 
 import random
 from argparse import Namespace

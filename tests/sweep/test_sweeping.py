@@ -1,4 +1,4 @@
-"""A sweep from its file to rows, summary and pictures; what is run again, and what is refused."""
+"""A sweep from its file to rows, summary and pictures; items that run again, and refusals."""
 
 import json
 import math
@@ -13,7 +13,7 @@ from stretch_bt.sweep.summary import Summary
 
 
 def noted(statuses, taken):
-    """Return an engine that runs nothing: it notes what it is given, and says that it came to SUCCESS or as is told."""
+    """Return an engine that runs nothing: it notes its items, and reports SUCCESS or the given status."""
 
     def engine(specs):
         for spec in specs:

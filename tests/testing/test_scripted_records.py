@@ -1,4 +1,4 @@
-"""Runs on devices that their caller gave: what these say is in the record, and ticks the tree again."""
+"""Runs on devices that their caller gave: their readings are in the record, and tick the tree again."""
 
 from pathlib import Path
 
@@ -103,7 +103,7 @@ def test_devices_of_a_cell_are_recorded_as_the_tree_calls_them(run):
 
 
 class OwnArm:
-    """An arm of a user that tells nobody what it says."""
+    """A user's arm that reports its readings to nobody."""
 
     def __init__(self):
         self.clock = VirtualClock()

@@ -1,4 +1,4 @@
-"""One node on hand-made values: what it may be given, what comes back, and what is said of wrong inputs."""
+"""One node on hand-made values: its inputs, its outputs, and the messages for wrong inputs."""
 
 from typing import ClassVar
 

@@ -120,7 +120,7 @@ def test_until_says_what_it_saw(tick_task, arm):
         task.until("main/wait", "FAILURE")
 
 
-#: what is asked wrongly, and what is said
+#: wrong questions, and the messages
 ASKED = {
     "path": (lambda task: task.until("main/fel"), "no node at 'main/fel'; did you mean 'main/feel'?"),
     "status": (lambda task: task.until("main/feel", "RUNING"), "'RUNING' is no status.*did you mean 'RUNNING'"),

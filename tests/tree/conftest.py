@@ -1,4 +1,4 @@
-"""Small tasks on a virtual clock, made of steps that do as they are told."""
+"""Small tasks on a virtual clock, made of steps that follow a script."""
 
 import textwrap
 from collections.abc import Iterator

@@ -77,7 +77,7 @@ def test_an_absent_output_of_a_task_is_absent(nodes: Any) -> None:
     assert not nodes.output("length")[0]
 
 
-#: what `takes.length` is wired to -> what it saw
+#: the source of `takes.length` -> the value and the deviation that it saw, mm
 ERRORS = {
     "$a": "7 1",
     "a": "7 1",
@@ -299,7 +299,7 @@ def test_a_param_that_may_be_none_can_be_set_to_it(run: Any) -> None:
     ]
 
 
-#: what a body leaves the bounds of: the keys that main declares, its body, what is said
+#: bodies that leave bounds: the keys that main declares, the body, the message
 LEAVING = [
     ("{x: {default: 2 mm, max: 5 mm}}", "repeat: {times: 5, do: {set: {x: x + 1 mm}}}", "$x: 6 mm is above 5 mm"),
     ("{i: {type: int, max: 2}}", "for_each: {items: [1, 3], as: $i, do: [check: i > 0]}", "$i: 3 is above 2"),

@@ -158,7 +158,7 @@ def test_a_tree_may_not_read_what_its_caller_need_not_have(tmp_path: Path) -> No
     assert "tally" in message
 
 
-#: bodies with two places of one node, and whether the second is told to go on from the first
+#: bodies with two places of one node, and whether check reports that the second goes on from the first
 SHARED = {
     "both leave it out": ("[count_one: {by: 1 mm}, count_one: {by: 2 mm}]", True),
     "one names it": ("[count_one: {by: 1 mm}, count_one: {by: 2 mm, tally}]", False),

@@ -100,7 +100,7 @@ def test_a_value_that_does_not_fit_is_refused(annotation: Any, value: Any, told:
 
 
 class Writer(Behavior):
-    """Writes what it is told to."""
+    """Has outputs that a test writes."""
 
     x: Out[Length] = port(min=0.0, max=0.1)
     x_sd: Out[Length]

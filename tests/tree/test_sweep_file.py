@@ -20,7 +20,7 @@ tolerance: {stiffness: 2 %, height: 0.3 mm}
 limit: 10 min
 record: events
 """
-#: by a line that takes the place of that of the same key: where it is wrong, and a word of what is said
+#: a line that replaces the line with the same key -> where it is wrong, and a part of the message
 WRONG = {
     "format: stretch-sweep/2": ("1:9", "stretch-sweep/1"),
     "tree: []": ("3:7", "at least one"),

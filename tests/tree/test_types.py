@@ -123,7 +123,7 @@ def test_words_to_choose_from() -> None:
         assert named(text, {}) is None, text
 
 
-#: (what is asked for, what is given, whether that is accepted)
+#: (the type asked for, the type given, whether it is accepted)
 FITS = [
     (LENGTH, LENGTH, True),
     (LENGTH, quantity(KINDS["Force"].dimension), False),

@@ -7,7 +7,7 @@ from stretch_bt.runtime.onlooker import Onlooker
 
 @pytest.fixture
 def pressed():
-    """Return the scene's own force at each press, N, of the run so far, and what a run is watched with for that."""
+    """Return the scene's own force at each press, N, of the run so far, and the function that watches a run for it."""
     forces = []
 
     def watch(runner):

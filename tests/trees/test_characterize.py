@@ -1,4 +1,4 @@
-"""characterize in the twin: what it measures is what the scene knows, and an interruption costs nothing but time."""
+"""characterize in the twin: it measures the scene's own forces, and an interruption costs nothing but time."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.simulation.world import World
 
-#: without noise, in closed form: what differs between two runs is due to the runs alone
+#: without noise, in closed form: differences between two runs are due to the runs alone
 QUIET = """\
 format: stretch-scene/1
 object: {type: sphere, diameter: 30 mm, rigid: true}
@@ -121,7 +121,7 @@ def test_each_trial_begins_from_a_retracted_hand(characterize):
 def test_the_force_has_the_noise_that_it_states(characterize, tmp_path):
     result = characterize(NOISY, params={"diameters": [0.02], "stretches": [0.0, 0.02, 0.04], "trials": 4})
     table = table_of(result)
-    # what the arm does not know of its height is in the force as well, through the slope of that
+    # the unknown error of the arm's height is in the force as well, through the force's slope over depth
     steep = 1.5 * table.force / np.maximum(table.depth, 1e-3)
     sd = np.hypot(table.force_sd, steep * 5e-5)
     off = (table.force - known(QUIET, tmp_path / "quiet.yaml", table)) / sd

@@ -89,7 +89,7 @@ def test_a_look_that_fails_is_no_dough_that_stayed_behind(run, tmp_path):
     assert "detect_adhesion: no place is seen" in result.reason
 
 
-# the dough, what differs from a brief run, and the reason that is told
+# the reason of the failure -> the dough, and params that differ from a brief run
 GIVEN_UP = {
     "nothing was met": ("edge: 25 mm, position: {x: 150 mm, y: 0 mm}", {}),
     "too small": ("edge: 10 mm", {}),
@@ -106,7 +106,7 @@ GIVEN_UP = {
 }
 
 
-#: those of them in the default run
+#: the ones in the default run
 QUICK = ("nothing was met", "too small", "sticks to the membrane")
 
 

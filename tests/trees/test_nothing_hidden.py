@@ -1,4 +1,4 @@
-"""Values go from node to node through keys alone: what nodes leave elsewhere is a cache, and no node remembers an earlier start."""
+"""Values go from node to node through keys alone: values that nodes leave elsewhere are a cache, and no node remembers an earlier start."""
 
 from collections.abc import Generator
 from typing import Any

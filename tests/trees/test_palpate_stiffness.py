@@ -142,7 +142,7 @@ def test_what_keeps_creeping_is_told_as_it_is_then_after_no_more_than_the_longes
     assert result.status == "SUCCESS", result.reason
     stiffness, truth = result.outputs["stiffness"], result.truth
     now = truth["force"]["value"] / truth["deflection"]["value"]
-    assert now > 1.1 * truth["stiffness"]["value"], "which is that of the settled object"
+    assert now > 1.1 * truth["stiffness"]["value"], "which is the settled object's"
     assert abs(stiffness["value"] - now) < 3 * stiffness["sd"] < 0.5 * now
     assert 3.5 <= result.outputs["hold"]["value"] < 8.0
 

@@ -34,7 +34,7 @@ def commands(result, name):
 
 
 def felt_beyond(path):
-    """Return how far, mm, points that were felt lie outside the outline of the cube, of those that do, and what they state."""
+    """Return how far, mm, felt points lie outside the outline of the cube, for points that do, and their stated deviations, mm."""
     _, rows = path.read_bytes().split(b"end_header\n")
     rows = np.frombuffer(rows, "<f8, <f8, <f8, u1, u1, u1, <f4, <i4")
     x, y, _, *_, sd, seen = (rows[name] for name in rows.dtype.names)

@@ -17,13 +17,13 @@ MOCKS = Path(__file__).parent / "mocks"
 TREES = shipped_trees()
 #: trees that move an arm
 MOVING = [tree for tree in TREES if "arm" in load_program(tree).document.devices]
-#: those of them that are interrupted in the default run
+#: the ones that are interrupted in the default run
 QUICK = ("reconstruct",)
 #: N, at which a run is interrupted
 PRESSED = 0.3
 ENDINGS = ("success", "failure")
 
-#: run in one process of their own, so that what it imports is its own doing
+#: run in a process of its own, so that all imports there come from the runs
 SCRIPT = """
 import json, sys
 from stretch_bt import run

@@ -21,7 +21,7 @@ FILES = [*shipped("").glob("*.yaml"), *shipped("lib").glob("*.yaml")]
 
 
 def lines(path: Path) -> list[str]:
-    """Return the lines of a file without those that are comments alone."""
+    """Return the lines of a file without lines that are comments alone."""
     return [line.strip() for line in path.read_text("utf-8").splitlines() if not line.strip().startswith("#")]
 
 

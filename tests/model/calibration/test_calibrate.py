@@ -29,7 +29,7 @@ def presses(model=HAND, diameters=DIAMETERS, stretches=STRETCHES, depths=DEPTHS,
 
 @cache
 def calibrated(noise=0.0, seed=0):
-    """Return what is told of all presses with noise."""
+    """Return the calibration from all presses with noise."""
     return calibrate(presses(noise=noise, seed=seed))
 
 

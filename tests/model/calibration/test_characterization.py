@@ -1,4 +1,4 @@
-"""The table of a characterisation: what is written is read again, and what is wrong is named with its line."""
+"""The table of a characterisation: a written table is read again as it was, and a mistake is named with its line."""
 
 import math
 

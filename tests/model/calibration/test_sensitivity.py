@@ -1,4 +1,4 @@
-"""The table of a sensitivity map: what is written is what is read, and a wrong line is named."""
+"""The table of a sensitivity map: a written table is read again as it was, and a wrong line is named."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The next look: within the limits, never softer, worth what it says, and none where none is worth its time."""
+"""The next look: within the limits, never softer, worth as much as it states, and none where none is worth its time."""
 
 from dataclasses import replace
 

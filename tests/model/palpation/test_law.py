@@ -1,4 +1,4 @@
-"""The law of a soft object: force and deflection are inverse, and derivatives are those of the values."""
+"""The law of a soft object: force and deflection are inverse, and derivatives agree with differences of the values."""
 
 import numpy as np
 import pytest

@@ -81,7 +81,7 @@ class Factored:
         return self.factor * force, self.factor * sd
 
 
-#: a ladder of touches, a press, and one that lowers the top by 3 mm: the readings tell the power
+#: a ladder of touches, a press, and one that lowers the top by 3 mm: the readings determine the power
 SPREAD = [(0.0, 1e-3 * depth) for depth in (2, 3, 4, 5, 6, 10)]
 
 

@@ -34,7 +34,7 @@ def edges(slope, width, turn=0.0):
 
 
 def beside(away, turn=0.0):
-    """Return points, m, that lie as far outside a side of the top as they are told, m."""
+    """Return points, m, that lie given distances, m, outside a side of the top."""
     along = HALF + np.asarray(away)
     return np.column_stack([along * np.cos(turn), along * np.sin(turn), np.full(len(along), TOP)])
 

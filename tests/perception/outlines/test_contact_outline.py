@@ -1,4 +1,4 @@
-"""The border of a contact, told with what its place may be off."""
+"""The border of a contact, with the standard deviation of its place."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def ball(radius=0.02, touching=0.006, bend=0.0, reach=0.0, noise=1e-5, stretch=0
 @pytest.mark.parametrize("reach", [0.0, 1.5e-3, 3e-3])
 @pytest.mark.parametrize("bend", [0.0, 2e-3])
 def test_the_border_is_found_from_labels_that_reach_too_far(reach, bend):
-    """Their area was told as it is with 0.5 mm^2 stated: 85 mm^2 too much at 3 mm."""
+    """The labels' area was once taken as it is, with a stated 0.5 mm^2: 85 mm^2 too much at 3 mm."""
     contact, true = ball(bend=bend, reach=reach), np.pi * 0.006**2
     found = contact_outline(contact)
     assert abs(found.area - true) < 2.5 * found.area_sd
@@ -108,7 +108,7 @@ def test_labels_that_end_far_from_any_border_state_as_much(far):
     ("shape", "number", "area"), [("box", 0, 26 * 31), ("box", 5, 21 * 18), ("cylinder", 5, 33**2 * np.pi / 4)]
 )
 def test_a_face_that_leans_states_how_far_it_reaches_past_its_labels(shape, number, area):
-    """The high part of it, a quarter of a face of 26 by 31 mm, was told as all of it, four stated deviations off."""
+    """Its high part, a quarter of a face of 26 by 31 mm, was once taken for all of it, four stated deviations off."""
     surface, _ = leaning(shape, 2, number)
     found = contact_outline(find_contact(seen(surface, NOISES["white 0.3"], np.random.default_rng((number, 7)))))
     assert abs(found.area * 1e6 - area) < 1.3 * found.area_sd * 1e6

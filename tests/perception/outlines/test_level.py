@@ -41,7 +41,7 @@ def test_holes_are_left_out():
 
 
 def test_what_the_shoulder_hides_grows_with_what_is_not_round():
-    """A cookie of 0.915 was told as 0.951 at a stated 0.014."""
+    """A cookie of circularity 0.915 was once measured as 0.951 at a stated 0.014."""
     disc, oval = (outline_at(over(lambda a, o=o: 0.012 * (1 + o * np.cos(2 * a)), 0.0), 0.0015) for o in (0.0, 0.2))
     assert disc.hidden < 0.013
     assert oval.hidden > disc.hidden + 0.1 * (1.0 - oval.roundness().circularity)

@@ -1,4 +1,4 @@
-"""What is no ball is told no radius: bodies that lie or lean under a membrane of linear tension."""
+"""A body that is no ball gets no radius: bodies that lie or lean under a membrane of linear tension."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def membrane(body, ratio):
 
 
 def spheres(body, ratio, white, smooth, seeds):
-    """Return what is told of frames whose noise is white, and alike over a Gaussian of 6 pixels."""
+    """Return the spheres found in frames whose noise is white, and alike over a Gaussian of 6 pixels."""
     from scipy.ndimage import gaussian_filter, map_coordinates
 
     x, y, z = membrane(body, ratio)
@@ -97,13 +97,13 @@ def test_the_membrane_is_in_equilibrium_off_the_body_and_nowhere_below_it():
     [(4, 0.3e-3, 0), (15, 0.1e-3, 0.1e-3), (20, 0.1e-3, 0.1e-3), (30, 0.05e-3, 0), (37, 0.05e-3, 0)],
 )
 def test_what_lies_or_leans_is_no_ball(number, white, smooth):
-    """Each was told a radius of 24 to 55 mm, 5 to 15 deviations of its curvature from none."""
+    """Each once got a radius of 24 to 55 mm, its curvature 5 to 15 deviations from zero."""
     assert spheres(*drawn(number), white, smooth, range(2)) == []
 
 
 @pytest.mark.parametrize("ratio", [4, 8])
 def test_an_ellipsoid_is_no_ball(ratio):
-    """Its larger radius was told, up to 40 deviations from the mean of both."""
+    """It once got its larger radius, up to 40 deviations from the mean of both."""
     assert spheres(ellipsoid, ratio, 0.3e-3, 0.0, range(3)) == []
 
 

@@ -24,7 +24,7 @@ def test_the_skirt_goes_on_from_the_rim_with_its_height_and_slope(kind):
         for share in (1 - 2 * step, 1 - step, 1 + step, 1 + 2 * step)
     ]
     inner, across, outer = np.diff(heights, axis=0)
-    np.testing.assert_allclose(across, 0.0, atol=1e-3)  # but for harmonics beyond those that are continued
+    np.testing.assert_allclose(across, 0.0, atol=1e-3)  # but for harmonics above the continued ones
     np.testing.assert_allclose(inner / step, outer / step, atol=4e-3 if kind == SPHERE else 0.03)
 
 
@@ -59,7 +59,7 @@ def test_a_steep_round_skirt_is_a_catenoid():
 
 
 def test_around_a_ball_a_sheet_bends_by_the_plate_equation():
-    """From a bending length before the rim it goes from the curvature of the ball to that of the skirt, as 1 - exp(-t)."""
+    """From a bending length before the rim the curvature goes from the ball's to the skirt's, as 1 - exp(-t)."""
     from scipy.integrate import solve_ivp
 
     curvature, rim, lift = 0.8, 0.5, 0.7

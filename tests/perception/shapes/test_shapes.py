@@ -170,7 +170,7 @@ def test_any_points_give_finite_numbers_or_a_refusal(shape, points):
 
 @pytest.mark.parametrize("count", [16, 30])
 def test_a_fifth_of_few_points_misleads_no_fit(count):
-    """A tenth of the cylinders through 16 points was told 5 stated deviations off, some of them hundreds."""
+    """A tenth of the cylinders through 16 points was once 5 stated deviations off, some of them hundreds."""
     beyond = {"cylinder": 0, "sphere": 0}
     for seed in range(100):
         rng = np.random.default_rng((seed, count))

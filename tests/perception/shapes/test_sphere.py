@@ -134,7 +134,7 @@ def test_any_points_give_finite_numbers_or_a_refusal(points):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-5, 1e-4])
 def test_a_hemisphere_is_measured_without_its_steepest_points_and_refused_with_them(noise):
-    """It was told that its radius is one of noise."""
+    """The refusal once said that the radius is one of noise."""
     rng = np.random.default_rng(0)
     points = rng.standard_normal((4000, 3))
     points *= 0.02 / np.linalg.norm(points, axis=1)[:, None]

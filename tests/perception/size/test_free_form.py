@@ -22,7 +22,7 @@ def started(shape, wide=0.012):
 
 @pytest.mark.parametrize("wide", [0.006, 0.012])
 def test_the_last_digit_of_a_circle_changes_neither_its_prior_nor_the_slopes(shape, wide):
-    """Which way it lay was rounding, by which slopes grew a hundredfold: the same frame gave 1 % more or less on another processor, or no size."""
+    """Rounding once set which way it lay, and slopes grew a hundredfold: the same frame gave 1 % more or less on another processor, or no size."""
     q = started(shape, wide)
     against, slopes = shape.prior(q)
     for digit in (1e-15, -1e-15, 3e-15):

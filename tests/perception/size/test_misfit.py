@@ -1,4 +1,4 @@
-"""An outline that is none of the shapes is refused, or the deviation counts it; those that are some are told as before."""
+"""An outline of none of the shapes is refused, or the deviation counts the misfit; outlines of a shape are measured as before."""
 
 from functools import cache
 

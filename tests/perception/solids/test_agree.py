@@ -52,7 +52,7 @@ def placed(middle=MIDDLE):
 
 
 def mapped(kind, middle=MIDDLE):
-    """Return what presses show over a shape: felt where its surface is not steep, and beside it a membrane that falls away."""
+    """Return the map of presses over a shape: felt where its surface is not steep, and beside it a membrane that falls away."""
     along, across = placed(middle)
     outside, height = (a.reshape(N, N) for a in surface_of(kind)(dimensions(kind), along.ravel(), across.ravel()))
     if kind == "ridge":

@@ -1,4 +1,4 @@
-"""A flat top that is neither a disc nor a block is told as neither."""
+"""A flat top that is neither a disc nor a block is found as neither."""
 
 import importlib.util
 from pathlib import Path

@@ -27,7 +27,7 @@ def packed():
 
 
 def bomb(record, compression, data, size):
-    """Put a chunk before those of a record."""
+    """Put a chunk before the chunks of a record."""
     chunk = Chunk(compression, data, 0, 0, 0, size)
     out = RecordBuilder()
     chunk.write(out)

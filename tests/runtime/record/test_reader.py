@@ -146,7 +146,7 @@ def cut(folder: Path, events: int, mcap: int) -> None:
 
 
 def refusal(folder: Path) -> Any:
-    """Return what the reader says is wrong."""
+    """Return the reader's diagnostic."""
     with pytest.raises(RecordError) as caught:
         RecordReader(folder)
     [found] = caught.value.diagnostics

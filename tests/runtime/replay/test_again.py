@@ -98,7 +98,7 @@ def old_force(arm: SimulatedArm) -> Reading[Wrench]:
     return Reading(Wrench((0.0, 0.0, 0.0)), then, then, round(1e3 * then))
 
 
-#: what becomes of an arm that goes up: what its driver does in place of what it is to do
+#: faults of an arm that goes up: methods of its driver, and what each does instead
 BROKEN = {
     "too fast for the cell": {"follow": faster},
     "lost as it is sent": {"follow": lost},
@@ -121,7 +121,7 @@ trees:
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_run_that_a_fault_ended_replays_as_the_same(tmp_path, monkeypatch, name):
-    """A motion that the cell had halted was told to stop once more, and faults of stopping and closing were missed."""
+    """A motion that the cell had halted was once stopped a second time, and faults of stopping and closing were missed."""
     (tmp_path / "tree.yaml").write_text(GOES_UP)
     for method, instead in BROKEN[name].items():
         monkeypatch.setattr(SimulatedArm, method, instead)
@@ -161,7 +161,7 @@ class Nearer(Behavior):
 
 
 def test_refusals_and_old_readings_that_a_node_catches_are_repeated(tmp_path, monkeypatch):
-    """A fault of a later reading was taken for that of the command, and a refusal for nothing where another command followed."""
+    """A fault of a later reading was once taken for the command's, and a refusal for nothing where another command followed."""
     monkeypatch.setattr(registry, "_nodes", dict(registry.load_all()))
     (tmp_path / "goes_nearer.py").write_text(NEARER)
     tree = "format: stretch-tree/1\nimports: {own: goes_nearer}\ndevices: {arm: Arm}\nscene: water_balloon\n"

@@ -75,7 +75,7 @@ def test_a_name_switches_on_and_off_whatever_the_size(scene, effect):
 
 @pairs
 def test_auto_goes_by_each_tolerance(scene, effect):
-    """Whatever an effect changes: it is on when that alone is more than its share of the tolerance, and told where that is near."""
+    """For each result: an effect is on when its change alone is more than its share of the tolerance, and near where both are close."""
     needed = registry()[effect].needs
     choices = dict.fromkeys(registry(), "auto") | ({needed: "on"} if needed else {})
     left = SCENES[scene].with_(effects=type("Effects", (), choices))

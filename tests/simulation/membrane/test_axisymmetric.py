@@ -5,7 +5,7 @@ from stretch_bt.simulation.membrane import axisymmetric
 from stretch_bt.simulation.membrane.axisymmetric import CircularMembrane
 from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
 
-# that of a stretch of 1.2 is asked for at another scale below
+# a stretch of 1.2 is tested at another scale below
 OPEN_VALUES = [
     (1.0, 0.3, 0.12680261),
     pytest.param(1.2, 0.3, 0.54221102, marks=pytest.mark.slow),

@@ -67,7 +67,7 @@ def test_drag_is_mu_times_the_load_and_reverses(stroke):
     ahead, behind = there[4].detail, back[4].detail  # both at x = 0, after at least 4 mm
     for found, sign in ((ahead, 1), (behind, -1)):
         pressure, _, area = loads(found)
-        # the sum of all tractions is that of the limits but for the slope of the cap, whose mean cosine is about 0.95
+        # the sum of all tractions equals the sum of the limits but for the slope of the cap, whose mean cosine is about 0.95
         assert 0.88 < sign * found.friction[0] / (0.3 * found.sheet.force_unit * (area @ pressure)) <= 1.0
     drag = (ahead.force[0] - behind.force[0]) / (ahead.force[2] + behind.force[2])
     assert drag == pytest.approx(0.3, rel=0.15)

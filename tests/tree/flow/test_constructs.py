@@ -16,7 +16,7 @@ N = "keys: {n: {type: int, default: 0}}"
 LIST = 'params: {steps: {type: "list[Length]", default: [1 mm, 2 mm]}, nothing: {type: "list[Length]", default: []}}'
 KEY = "keys: {d: {type: Length, default: 9 mm}, l: 'list[Length]', e: 'list[Length]'}"
 
-#: name -> (body, head, how it ends, ticks, what the steps did: + begins, ! is interrupted)
+#: name -> (body, head, how it ends, ticks, the steps' trace: + begins, ! is interrupted)
 RUNS: dict[str, tuple[str, str, str, int, str]] = {
     "sequence keeps what is done": (
         "sequence: [{name: a, step: {script: RS}}, {name: b, step: {script: RRS}}]",
@@ -366,7 +366,7 @@ def logged(task: Any) -> list[str]:
 
 
 def test_what_ends_in_the_tick_in_which_it_starts_is_told_in_each_pass(task: Any) -> None:
-    """In the second pass a `set` or `check` was told of no more, and its `log` was lost."""
+    """In the second pass a `set` or `check` was once reported no more, and its `log` was lost."""
     body = """
 for_each:
   items: [1, 2, 3]
@@ -571,7 +571,7 @@ def test_a_value_out_of_the_bounds_of_its_port_fails_the_node(task: Any) -> None
     assert "main/predict_force: stretch: 1000 mm is outside 0 mm to 80 mm" in outcome.reason
 
 
-#: what is set, and what is told of it
+#: values to set, and the message
 NO_NUMBER = [
     ("{y: y * 10}", r"1e\+308 \* 10 is no finite number"),
     ("{y: y + y}", r"1e\+308 \+ 1e\+308 is no finite number"),
