@@ -21,7 +21,7 @@ __all__ = [
     "checked_seed",
 ]
 
-_SHOWN = 80  # characters of what was given that an error repeats
+_SHOWN = 80  # characters of a given value that an error repeats
 
 
 def _is_path(given: Any) -> bool:
@@ -32,7 +32,7 @@ def _is_mapping(given: Any) -> bool:
     return isinstance(given, Mapping)
 
 
-#: what each argument is, and what it takes
+#: the check of each argument, and the words for the values it takes
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "tree": (_is_path, "the path or name of a tree"),
     "scene": (_is_path, "the path or name of a scene"),

@@ -38,9 +38,9 @@ class Broken(dict[str, str]):
 
 
 def blame(error: BaseException) -> Broken | None:
-    """Return where an error of own code came up; None where the error is told in full by its words.
+    """Return where an error of own code came up; None where the words of the error say all.
 
-    Of what this package refuses, the words tell all but where code of one's own asked for it.
+    For a refusal of this package, the words say all but where the user's own code asked for it.
     """
     cause = error.__cause__ if isinstance(error, NodeError) and error.__cause__ is not None else error
     told = isinstance(cause, StretchError) and not isinstance(cause, NodeError)
@@ -84,7 +84,7 @@ def _last_own(stack: Iterable[FrameSummary]) -> str:
 
 @contextmanager
 def own_code(path: str, what: str) -> Iterator[None]:
-    """Turn what own code raises before the first tick into NodeError, which names the node at `path` and the line."""
+    """Turn an error of own code before the first tick into NodeError, which names the node at `path` and the line."""
     try:
         with alone():
             yield
@@ -111,6 +111,6 @@ def _own(stack: Iterable[FrameSummary]) -> Iterator[FrameSummary]:
 def _from_here(path: Path) -> Path:
     try:
         here = Path.cwd()
-    except FileNotFoundError:  # somebody removed it: places are told in full
+    except FileNotFoundError:  # somebody removed it: places are shown in full
         return path
     return path.relative_to(here) if path.is_relative_to(here) else path

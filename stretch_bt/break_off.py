@@ -31,6 +31,6 @@ def breakable(asked: Callable[[], bool]) -> Iterator[None]:
 
 
 def go_on() -> None:
-    """Raise BrokenOff where the solve is to be broken off; solvers call it where what they keep is whole."""
+    """Raise BrokenOff where the solve is to be broken off; solvers call it where their kept state is whole."""
     if _asked.get()():
         raise BrokenOff

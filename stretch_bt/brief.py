@@ -1,4 +1,4 @@
-"""Short texts of records that hold arrays: what a test or a shell prints of one fits a few lines."""
+"""Short texts of records that hold arrays, so that a test or a shell prints one in a few lines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FEW_NUMBERS, FEW_ITEMS = 6, 4
 
 
 class BriefRepr:
-    """A dataclass whose repr tells shape, range and count of its arrays, and not their entries."""
+    """A dataclass whose repr shows shape, range and count of its arrays, and not their entries."""
 
     __slots__ = ()
 

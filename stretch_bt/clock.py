@@ -33,7 +33,7 @@ class EndOfRecord(Exception):
 
 
 class Clock(Protocol):
-    """What the runner and the simulated devices take the time from."""
+    """The source of time for the runner and the simulated devices."""
 
     def now(self) -> float:
         """Return the time, s."""
@@ -82,7 +82,7 @@ class RealClock:
 
 
 class VirtualClock:
-    """A clock that stands still until it is told to go on: runs are fast and repeat exactly."""
+    """A clock that stands still until a caller moves it on: runs are fast and repeat exactly."""
 
     def __init__(self, start: float = 0.0) -> None:
         self._now = start
@@ -100,7 +100,7 @@ class VirtualClock:
         return self.now() >= deadline - _ROUNDING
 
     def advance(self, seconds: float) -> None:
-        """Go on by some seconds; raises InvalidInput for what is no number from 0 on."""
+        """Go on by some seconds; raises InvalidInput unless they are a number from 0 on."""
         if not (is_number(seconds) and seconds >= 0):
             raise InvalidInput(f"a clock goes on by a number of seconds from 0 on, not {shown(seconds)}")
         self.wait_until(self._now + float(seconds))
@@ -110,10 +110,10 @@ class VirtualClock:
 
 
 class PacedClock:
-    """Lets a virtual clock go no faster than the machine's, for what counts the machine's time beside it.
+    """Lets a virtual clock go no faster than the machine's, for code that counts the machine's time beside it.
 
-    It is never ahead of the machine, and time that a tick took beyond its period is not caught up with, but for the little by which a
-    sleep ends late.
+    It is never ahead of the machine, and time that a tick took beyond its period is not caught up with, but for the little delay at
+    the end of a sleep.
     """
 
     def __init__(self, paced: VirtualClock) -> None:
@@ -123,7 +123,7 @@ class PacedClock:
 
     def wait_until(self, deadline: float) -> None:
         """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
-        if self._since is None:  # what was before, such as the opening of devices, is no time to catch up with
+        if self._since is None:  # time from before, such as the opening of devices, is not caught up with
             self._since = self._machine.now()
         due = self._since + max(deadline - self.now(), 0.0)
         self._machine.wait_until(due)
@@ -147,7 +147,7 @@ class PacedClock:
 class MixedClock(PacedClock):
     """The clock of simulated devices beside real ones: it stands still while a tick is computed, and lags behind the machine's from then on.
 
-    A tick may take a simulation longer than a reading may be old, and what is simulated must not go on meanwhile without being looked at.
+    A tick may take a simulation longer than a reading may be old, and the simulated scene must not go on meanwhile without being looked at.
     Real devices go by the machine's clock, `machine`.
     """
 
@@ -178,7 +178,7 @@ class MixedClock(PacedClock):
         self._mark()
 
     def of_machine(self, time: float) -> float:
-        """Return what this clock showed at a time of the machine's, s."""
+        """Return the time of this clock at a time of the machine's, s."""
         after = bisect_right(self._marks, time, key=itemgetter(0))
         if after == len(self._marks):
             return self.now()

@@ -66,7 +66,7 @@ def _fingerprint() -> str:
 
 @contextmanager
 def _kept_in(folder: Path | None) -> Iterator[None]:
-    """Let numba keep in a folder what it compiles meanwhile."""
+    """Let numba keep in a folder the code that it compiles meanwhile."""
     before = _CONFIG.CACHE_DIR
     _CONFIG.CACHE_DIR = "" if folder is None else str(folder)
     try:

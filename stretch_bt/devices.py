@@ -1,4 +1,4 @@
-"""What a driver of your own derives from and returns: one class, made known by an entry point or by `imports:` of a cell file.
+"""The bases and the types for a driver of your own: one class, made known by an entry point or by `imports:` of a cell file.
 
 An entry point of the group `stretch_bt.devices` has the name that `use` takes in a cell file. A driver is constructed from
 its options and touches nothing until `open`; ownership, limits, ages of readings and latched faults are added around it.

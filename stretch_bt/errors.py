@@ -94,7 +94,7 @@ LONGEST_TEXT = 4000
 
 
 def writable(text: object) -> str:
-    """Return a text that every file and terminal takes: what UTF-8 cannot hold is escaped, the end of a very long one cut off."""
+    """Return a text that every file and terminal takes: characters that UTF-8 cannot hold are escaped, the end of a very long one cut off."""
     whole = _made(str, text)
     if len(whole) > LONGEST_TEXT:
         # with room for the paths and names that are put before it, which must not cut off the note
@@ -177,7 +177,7 @@ class NoAnswer(StretchError):
 
 
 class Absent(NoAnswer):
-    """A key, or a field of a record, holds `none`: what writes it had no value for it."""
+    """A key, or a field of a record, holds `none`: its writer had no value for it."""
 
 
 class Refused(NoAnswer):
@@ -213,7 +213,7 @@ class DeviceFault(StretchError):
         super().__init__(f"{device}: {self.reason}")
 
     def fields(self) -> dict[str, Any]:
-        """Return what the fault is made from, as plain values: the arguments of its class by their names."""
+        """Return the fields of the fault as plain values: the arguments of its class by their names."""
         return {"device": self.device, "reason": self.reason}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -233,7 +233,7 @@ class LimitExceeded(DeviceFault):
 
 
 class BeyondLimits(LimitExceeded, NoAnswer):
-    """A command asks for more than the cell allows, or for what the device cannot reach; nothing moved, and the device is as it was.
+    """A command asks for more than the cell allows, or the device can reach; nothing moved, and the device is as it was.
 
     `.concerns` names the limits that a port of the node may have for it, as in `port(limit="depth")`.
     """

@@ -31,7 +31,7 @@ os.register_at_fork(after_in_child=_forked)
 
 
 def leave_if_forked() -> None:
-    """End a forked child at once: devices, record and outputs are those of the process that began the run."""
+    """End a forked child at once: devices, record and outputs belong to the process that began the run."""
     if here.forked:
         os._exit(0)
 

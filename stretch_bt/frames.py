@@ -136,7 +136,7 @@ class Intrinsics:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class DepthFrame(BriefRepr):
-    """One depth image as the camera sent it, with what is needed to place it in the world.
+    """One depth image as the camera sent it, with all that is needed to place it in the world.
 
     Parameters
     ----------

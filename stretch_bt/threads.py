@@ -24,7 +24,7 @@ class _Held:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let BLAS and LAPACK run on the calling thread alone; what they were set to before comes back afterwards."""
+    """Let BLAS and LAPACK run on the calling thread alone; their earlier settings come back afterwards."""
     if _Held.depth:
         yield
         return

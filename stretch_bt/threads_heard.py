@@ -1,4 +1,4 @@
-"""What breaks in threads of own code, which nobody waits for: told in the result of the run instead of as a raw traceback."""
+"""Errors in threads of the user's own code, which nobody waits for: they stand in the result of the run, not in a raw traceback."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["Heard", "threads_heard"]
 
 
 class Heard:
-    """What broke in threads: one line each, and where."""
+    """Errors in threads: one line each, and the place."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
         self.broken: list[Broken] = []
 
     def __call__(self, told: Any) -> None:
-        """Take what a thread raised; as ever, one that exits says nothing."""
+        """Take the error that a thread raised; as ever, a thread that exits says nothing."""
         if told.exc_type is SystemExit or told.exc_value is None:
             return
         found = blame(told.exc_value)
@@ -33,7 +33,7 @@ class Heard:
             self.broken.append(found)
 
     def take(self) -> tuple[list[str], list[Broken]]:
-        """Return what nobody has taken yet."""
+        """Return the errors that nobody has taken yet."""
         taken = self.lines, self.broken
         self.lines, self.broken = [], []
         return taken
@@ -41,7 +41,7 @@ class Heard:
 
 @contextmanager
 def threads_heard() -> Iterator[Heard]:
-    """Hear what breaks in threads while the block runs; what nobody takes is said on standard error, a line each.
+    """Collect errors in threads while the block runs; those that nobody takes are written to standard error, a line each.
 
     Within another such block that one goes on hearing.
     """

@@ -248,7 +248,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "%": (1e-2, DIMENSIONLESS),
 }
 
-#: what people write for a unit
+#: words that people write for a unit
 _WORDS_FOR_UNITS = {
     "sec": "s",
     "second": "s",
@@ -397,7 +397,7 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
 
 
 def without_unit(text: str, name: str, unit: str) -> tuple[str, str]:
-    """Return what is said of a number where a quantity of a name and a usual unit is wanted, and what to write."""
+    """Return the complaint about a number where a quantity of a name and a usual unit is wanted, and what to write."""
     if "%" in text:
         return f"{text.strip()} is a part of something, not a {name}", f"write a number and a unit, as in '10 {unit}'"
     return f"{text.strip()} has no unit", f"write '{text.strip()} {unit}'"
@@ -415,7 +415,7 @@ def parse_time(what: str, given: str | float) -> float:
 
 
 def suggest_quantity(text: str, dimension: Dimension) -> str:
-    """Return what text that is no quantity should have been: `write '10 mm'` for `10 milimeter`, `10 MM` or `10,0 mm`."""
+    """Return advice for text that is no quantity: `write '10 mm'` for `10 milimeter`, `10 MM` or `10,0 mm`."""
     kind = kind_of(dimension)
     unit = kind.unit if kind else next(iter(unit_names(dimension)), "")
     match = _LIKE_A_QUANTITY.fullmatch(text)

@@ -1,6 +1,6 @@
-"""How far off an answer is, and what it costs: work-precision points, one domain a file.
+"""Errors of answers, and their costs: work-precision points, one domain a file.
 
-A domain is a module `domain_NAME` of this package with a `DOMAIN`, which says what is measured and how it is shown.
+A domain is a module `domain_NAME` of this package with a `DOMAIN`, which says which errors are measured and how they are shown.
 """
 
 from stretch_bt.accuracy.job import Domain, Job

@@ -1,4 +1,4 @@
-"""What the rows of a domain say to somebody who has to choose a setting, in words."""
+"""Advice from the rows of a domain for somebody who has to choose a setting, in words."""
 
 from __future__ import annotations
 

@@ -9,11 +9,11 @@ from stretch_bt.accuracy.job import Job
 __all__ = ["QUICK", "Budget"]
 
 QUICK = 6.0  # CPU s of a domain
-_WARM = 2.0  # of these, kept for what is run before the first point
+_WARM = 2.0  # of these, kept for the runs before the first point
 
 
 class Budget:
-    """Takes jobs as long as they fit, by the time they should take and by how much those before them took."""
+    """Takes jobs as long as they fit, by the time they should take and the time that earlier ones took."""
 
     def __init__(self, quick: bool) -> None:
         self.limit = QUICK - _WARM if quick else math.inf
@@ -31,6 +31,6 @@ class Budget:
         return fits
 
     def spend(self, job: Job, seconds: float) -> None:
-        """Note what a job took, CPU s."""
+        """Note the time that a job took, CPU s."""
         self.expected += job.seconds
         self.spent += seconds

@@ -1,4 +1,4 @@
-"""Rows against those of another time: which errors are worse, and which answers slower."""
+"""Rows against earlier ones: which errors are worse, and which answers slower."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from stretch_bt.accuracy.points import ANSWERED, SKIPPED, Row
 
 __all__ = ["SLOWER", "WORSE", "Comparison"]
 
-WORSE = 1.05  # of the error before, above which one is worse
-SLOWER = 1.5  # of the time before
+WORSE = 1.05  # times the error before; a larger one is worse
+SLOWER = 1.5  # times the time before; a longer one is slower
 
 
 class Comparison:
-    """What rows are held against: those of another time by their keys."""
+    """Earlier rows by their keys, with which new ones are compared."""
 
     def __init__(self, old: Iterable[Row]) -> None:
         self.old = {row.key: row for row in old}
 
     def slower(self, row: Row) -> bool:
-        """Return whether an answer took longer than before, both by what the fixed computation took beside them."""
+        """Return whether an answer took longer than before, both relative to the fixed computation beside them."""
         ratio = self.ratio(row)
         return ratio is not None and ratio > SLOWER
 
     def ratio(self, row: Row) -> float | None:
-        """Return how many times as long as before an answer took; None where that is too short to tell, or not known."""
+        """Return the time of an answer over its time before; None where one is too short to compare, or not known."""
         old = self.old.get(row.key)
         if (
             old is None
@@ -40,7 +40,7 @@ class Comparison:
         return (row.cpu_seconds / row.kernel_seconds) / (old.cpu_seconds / old.kernel_seconds)
 
     def flag(self, row: Row) -> str | None:
-        """Return what is worse than before, None where nothing is."""
+        """Return in words how a row is worse than before, None where it is not."""
         old = self.old.get(row.key)
         if old is None or SKIPPED in (old.status, row.status):
             return None
@@ -65,7 +65,7 @@ class Comparison:
 
 
 def _worse(old: Row, row: Row) -> bool:
-    """Whether an error grew beyond what the reference can tell apart."""
+    """Whether an error grew, to more than the reference's own error."""
     if old.error is None or row.error is None:
         return False
     return row.error > max(WORSE * old.error, row.reference_error or 0.0)

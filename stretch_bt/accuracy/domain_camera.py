@@ -20,8 +20,8 @@ surface; time is of one image."""
 
 KINDS = {"depth": Kind("um", 1e6, "m")}
 OMITTED = {
-    "noise": "each of the camera's errors is what its preset says, and takes 0.1 to 3 ms of an image; `python benchmarks/camera.py` measures both",
-    "height and size by perception": "at a pitch of 0.7 mm they move by less than what a tenth of the noise does; the same benchmark has them",
+    "noise": "each of the camera's errors is as its preset says, and takes 0.1 to 3 ms of an image; `python benchmarks/camera.py` measures both",
+    "height and size by perception": "at a pitch of 0.7 mm they move by less than by a tenth of the noise; the same benchmark has them",
     "folded membranes, distorting lenses": "rare; a depth buffer and the lens take some ms more, at the same error",
 }
 

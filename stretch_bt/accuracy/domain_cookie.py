@@ -1,4 +1,4 @@
-"""The cookie: what it lacks of a circle, by the minutes that its task takes."""
+"""The cookie: how far it is from a circle, by the minutes that its task takes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ __all__ = ["DOMAIN"]
 
 ABOUT = """\
 Twenty drawn cubes of dough, 20 to 30 mm, yield stress 2 to 10 kPa, in the twin with the noise of camera and arm, shaped by the paper's tree
-`form_cookie` and by `form_cookie_fast`, as shipped and with stop rules that end sooner or later. The error is what
-the circularity of the true outline, 4 pi area over perimeter squared, lacks of 1; the scene knows it. Minutes are those of the task. A
+`form_cookie` and by `form_cookie_fast`, as shipped and with stop rules that end sooner or later. The error is 1 less
+the circularity of the true outline, 4 pi area over perimeter squared; the scene knows it. Minutes are the time of the task. A
 lump that is given up has no answer."""
 
 KINDS = {"circularity": Kind("1", 1.0), "sensed": Kind("1", 1.0)}
@@ -36,7 +36,7 @@ def take(found: Found) -> str:
 
 
 def warm() -> None:
-    """Load what is compiled."""
+    """Load the compiled code."""
     from stretch_bt.accuracy.kernels import load_kernels
 
     load_kernels("perception", "simulation.camera", "simulation.membrane", "simulation.dough")
@@ -49,5 +49,5 @@ def jobs(quick: bool) -> Iterator[Job]:
     yield from cookies.jobs()
 
 
-PANELS = (Panel("circularity", ROBOT_MIN, (), "what the circularity lacks of 1"),)
+PANELS = (Panel("circularity", ROBOT_MIN, (), "1 less the circularity"),)
 DOMAIN = Domain(ABOUT, KINDS, PANELS, take, OMITTED, warm, jobs)

@@ -13,13 +13,13 @@ __all__ = ["DOMAIN"]
 ABOUT = """\
 Cubes of 25 mm that lie at random, yield stress 5 kPa, modulus 10 to 30 times that, rolled for 2 m on a circle and on a figure-eight with
 a spin noise of 0.1. The error is of the spread, the standard deviation of the radius over its mean (0.125 of a cube, 0 of a ball): how
-far it is off the same body with 8000 directions, whose own error is its change from 4000. The rows also have the spread of 15 lumps in
-the median against that of a separate program of the same model, whose medians are 0.024 to 0.098 and scatter by some 0.004."""
+far it is off the same body with 8000 directions, whose own error is its change from 4000. The rows also compare the median spread of 15
+lumps with a separate program of the same model, whose medians are 0.024 to 0.098 and scatter by some 0.004."""
 
 KINDS = {"spread": Kind("1", 1.0), "known_spread": Kind("1", 1.0)}
 OMITTED = {
     "material points": "another model, 4 to 11 s a lump, 0.01 to 0.08 off: `python benchmarks/dough_mpm.py`, [figures](../figures.md#the-cookie)",
-    "the separate program": "it is not shipped; the rows have what its medians differ by",
+    "the separate program": "it is not shipped; the rows have the differences of its medians",
     "the press to a disc": "a law of its own without a resolution; its parameters are assumptions of the scene",
     "real dough": "nobody has measured a yield stress of such a dough",
 }

@@ -11,9 +11,9 @@ from stretch_bt.accuracy.points import Kind, Setting
 __all__ = ["DOMAIN"]
 
 ABOUT = """\
-A hand with weight and bending, without friction and softening, on a mesh finer than that of the model's table; forces of hemispheres
-by the protocol for tasks, with the noise of sensor, arm and mount. Errors are at diameters, stretches and depths between those that
-were measured, against the hand's own forces, as a part of them: root mean squares over depths of 2.5 to 13.5 mm. `hertz` has one
+A hand with weight and bending, without friction and softening, on a mesh finer than the mesh of the model's table; forces of hemispheres
+by the protocol for tasks, with the noise of sensor, arm and mount. Errors are at diameters, stretches and depths between the
+measured ones, against the hand's own forces, as a part of them: root mean squares over depths of 2.5 to 13.5 mm. `hertz` has one
 modulus for all, `calibrated` is the paper's law, `membrane` the table, `sheet` the solve of the sheet from its last press. The
 reference's own error is 2.5 times its change from elements 1.4 times as long. With `--quick` fewer presses are measured, on coarser elements."""
 
@@ -41,7 +41,7 @@ def warm() -> None:
 
 
 def jobs(quick: bool) -> Iterator[Job]:
-    """Yield every model at every diameter and stretch; with `quick` those of one stretch."""
+    """Yield every model at every diameter and stretch; with `quick` at one stretch alone."""
     from stretch_bt.accuracy.force import ladder
 
     yield from ladder.jobs(quick)

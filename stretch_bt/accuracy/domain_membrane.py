@@ -15,8 +15,8 @@ ABOUT = """\
 Presses of 3, 8 and 15 mm, at stretch 0 to 80 mm, by spheres, a cylinder, a cone, a cube, a wire and two spheres. `from the last press` is
 the last step of 1 mm after two others. Errors are against the sheet on graded elements of 0.5 mm (0.3 mm under the wire, 0.2 mm under the
 cone) that grow by 1.2, solved to the last digit. The reference's own error is stated as 2.5 times its change from elements 1.4 times as
-long, right for first order and too much for any higher. `coarsen` is by how much longer the elements are than usual; `within(x)` stops
-when steps change the force by less than x, and `settled` series are those. hertz and axisymmetric stand a round membrane in for the
+long, right for first order and too much for any higher. `coarsen` is the length of the elements over the usual one; `within(x)` stops
+when steps change the force by less than x, and `settled` series use it. hertz and axisymmetric take a round membrane in place of the
 rectangular one: their error on a press is the model's."""
 
 KINDS = {"force": Kind("%", 100.0), "surface": Kind("um", 1e6, "m"), "contact_radius": Kind("%", 100.0)}
@@ -51,7 +51,7 @@ def warm() -> None:
 
 
 def jobs(quick: bool) -> Iterator[Job]:
-    """Yield every press by every solver; with `quick` those of three presses come first, and the others last for ever."""
+    """Yield every press by every solver; with `quick` three presses come first, and the others last for ever."""
     from stretch_bt.accuracy.membrane import known, presses
 
     yield from presses.jobs(quick)

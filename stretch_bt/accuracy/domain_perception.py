@@ -1,4 +1,4 @@
-"""Perception: each step against what the sheet solver says is there, beside its CPU time."""
+"""Perception: each step against the truth of the sheet solver, beside its CPU time."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def take(found: Found) -> str:
         f"So take the defaults: of a height {found.default('height', CPU_MS)}, of a sphere {found.default('radius', CPU_MS)}, "
         f"of a flat contact {found.default('diameter', CPU_MS)}, of an outline {found.default('circularity', CPU_MS)}. "
         f"Of the pixels in contact the default finds the edge to some pixels: {found.default('overlap', CPU_MS)} under these noises. "
-        "`true labels` and `true contact` are no settings: they show what is left where the contact is known."
+        "`true labels` and `true contact` are no settings: they show the remaining error where the contact is known."
     )
 
 
@@ -73,7 +73,7 @@ def jobs(quick: bool) -> Iterator[Job]:
 
 
 def _by_case(frames: int) -> list[list[list[Job]]]:
-    """Return the jobs of each step, those of a case together."""
+    """Return the jobs of each step, grouped by case."""
     from stretch_bt.accuracy.perception import steps
 
     modules = [import_module(m.name) for m in iter_modules(steps.__path__, f"{steps.__name__}.")]

@@ -1,4 +1,4 @@
-"""Reconstruction: error of the surface and what is missed of it, by presses."""
+"""Reconstruction: error of the surface and the part of it that is missed, by presses."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def take(found: Found) -> str:
 
 
 def warm() -> None:
-    """Load what is compiled."""
+    """Load the compiled code."""
     from stretch_bt.accuracy.kernels import load_kernels
 
     load_kernels("perception", "simulation.camera", "simulation.membrane")

@@ -13,10 +13,10 @@ __all__ = ["DOMAIN"]
 ABOUT = """\
 The task of a shipped scene, one press, a roll or a palpation, with what the advisor switches on (`auto`), with every effect that the
 scene can have, with none, and with the `least` that agrees with everything on in the mean, found by taking away one effect after the
-other. A case is a run; its error is by how much it differs from the run of the same seed with everything on, over the scene's tolerance:
+other. A case is a run; its error is the difference from the run of the same seed with everything on, over the scene's tolerance:
 the observable that differs most counts. Where a set of effects draws other noise than everything on does, that chance is in it, too.
 Everything on is the twin itself, so that it has no error of its own here and stands at the lower edge. Friction and softening depend on
-all that was before, which costs five to ten times the CPU time."""
+the whole path before, which costs five to ten times the CPU time."""
 
 KINDS = {"apart": Kind("tolerances", 1.0)}
 OMITTED = {
@@ -39,7 +39,7 @@ def take(found: Found) -> str:
 
 
 def warm() -> None:
-    """Load what is compiled, and run one press."""
+    """Load the compiled code, and run one press."""
     from stretch_bt.accuracy.kernels import load_kernels
     from stretch_bt.accuracy.twin.outcome import outcome, with_effects
 

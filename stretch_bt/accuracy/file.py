@@ -77,7 +77,7 @@ def _row(path: Path, number: int, line: str, known: list[str]) -> Row:
 
 
 def _wrong(found: dict[str, Any], known: list[str]) -> Iterator[str]:
-    """Yield what keeps an object from being a row."""
+    """Yield the reasons why an object is no row."""
     for name in sorted(_NEEDED - found.keys()):
         yield f"the row has no {name!r}"
     for name in sorted(found.keys() - _FIELDS):

@@ -1,4 +1,4 @@
-"""What is measured by itself, and what a domain is made of."""
+"""A job, the smallest part that is measured by itself, and the parts of a domain."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["CPU_MS", "CPU_S", "NODES", "PRESSES", "ROBOT_MIN", "ROBOT_S", "Axis"
 class Job:
     """A case solved with one setting: `run` returns an Answer for each kind of error.
 
-    `run` may raise NoAnswer. `seconds` is the CPU time that it is expected to take, `error_kind` that of its row where it is
-    not run. Of a `group`, what comes first makes what the others need, so that none is run where one before it was not run, or
+    `run` may raise NoAnswer. `seconds` is the CPU time that it is expected to take, `error_kind` is for the row where it is
+    not run. The first job of a `group` makes what the others need, so that none is run where one before it was not run, or
     where the first has no answer.
     """
 
@@ -66,10 +66,10 @@ class Panel(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """What is measured of one subject, and how that is shown.
+    """The errors that are measured of one subject, and how they are shown.
 
-    `about` says what errors are measured against, `kinds` how each is shown, `panels` what is drawn. `take` returns the
-    sentence that a reader should take along; `omitted` lists what is not drawn or not measured, and why. `peers` are the
+    `about` names the reference of the errors, `kinds` says how each is shown, `panels` are the diagrams. `take` returns the
+    sentence that a reader should take along; `omitted` lists figures that are not drawn or not measured, and why. `peers` are the
     series of other programs. `warm` runs each code once that `jobs(quick)` time.
     """
 

@@ -9,7 +9,7 @@ import stretch_bt
 
 __all__ = ["load_kernels"]
 
-_KERNEL = "_kernel"  # what the name of a module with compiled code ends with
+_KERNEL = "_kernel"  # end of the name of a module with compiled code
 
 
 def load_kernels(*packages: str) -> None:

@@ -1,4 +1,4 @@
-"""What made a row: processor, commit and versions."""
+"""The makers of a row: processor, commit and versions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Made(NamedTuple):
 
 
 def made_here(commit: str | None = None) -> Made:
-    """Return what makes rows here; `commit` where git does not know."""
+    """Return the makers of rows here; `commit` where git does not know."""
     from stretch_bt.runtime.prepare import versions
     from stretch_bt.runtime.provenance import processor
 

@@ -18,9 +18,9 @@ from stretch_bt.errors import NoAnswer
 
 __all__ = ["LEAST", "TIMES", "measure"]
 
-LEAST = 0.05  # CPU s from which on a time says something by itself
-TIMES = 3  # that such a time is taken
-_LONG = 2.0  # CPU s of a job from which on it is run once, unless its time is in doubt
+LEAST = 0.05  # CPU s; shorter times are too noisy to compare
+TIMES = 3  # runs of a job whose time is compared
+_LONG = 2.0  # CPU s; a longer job is run once, unless its time is in doubt
 
 Doubt = Callable[[Row], bool]
 
@@ -39,9 +39,9 @@ def measure(
 ) -> Iterator[Row]:
     """Return the rows of the named domains, or of all, each as soon as it is measured.
 
-    `quick` takes what fits into 6 CPU s a domain. `part` is which of how many parts, about equally long, of each domain.
+    `quick` takes the jobs that fit into 6 CPU s a domain. `part` is which of how many parts, about equally long, of each domain.
     A time of 50 ms and more is taken three times where that takes little or where `doubt` of the row is true; the least
-    counts. `commit` is what made the rows, where git does not know.
+    counts. `commit` is the code that made the rows, where git does not know.
     """
     chosen = domains(names)
     made = made_here(commit)
@@ -52,7 +52,7 @@ def _rows(name: str, domain: Domain, quick: bool, part: tuple[int, int], made: M
     budget = Budget(quick)
     domain.warm()
     yardstick()
-    begun: dict[str, bool] = {}  # groups, and whether what comes first in them has an answer
+    begun: dict[str, bool] = {}  # groups, and whether the first job in them has an answer
     for job in _part([*domain.jobs(quick)], *part):
         row = partial(_row, name, domain, job, made)
         if not budget.takes(job):
@@ -83,7 +83,7 @@ def _part(jobs: Sequence[Job], number: int, count: int) -> list[Job]:
 
 
 def _timed(job: Job, row: Callable[[Answer, float | None], Row], quick: bool, doubt: Doubt) -> list[Row]:
-    """Return the rows of a job, with the least of their times over that of the yardstick beside them."""
+    """Return the rows of a job, with the least of their times relative to the yardstick beside them."""
     found: list[Row] = []
     for time_ in range(TIMES):
         began = time.process_time()

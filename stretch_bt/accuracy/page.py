@@ -19,7 +19,7 @@ INDEX = "index.md"
 _HEAD = """\
 # What accuracy costs
 
-One picture for each part of the package: what an answer costs, across, and how far it is off, up. Lower and further left is
+One picture for each part of the package: the cost of an answer, across, and its error, up. Lower and further left is
 better. A point is a setting at its medians; the ring is the default. A bar goes up to the 95th percentile of the cases where
 these are 20 or more, with a flat end, else to the largest, with a pointed end. An open circle above counts the cases of a setting that
 have no answer. The dashed line is the reference's own error, in the median: differences below it mean nothing. Squares are other programs.
@@ -81,7 +81,7 @@ def _section(name: str, domain: Domain, rows: Sequence[Row], take: str) -> str:
 
 
 def _skipped(rows: Iterable[Row]) -> Iterator[str]:
-    """Yield what was not run, and why."""
+    """Yield the settings that were not run, and why."""
     skipped = [row for row in rows if row.status == SKIPPED]
     counts = Counter(("most points" if row.reason == "quick" else row.setting.series, row.reason) for row in skipped)
     for (what, reason), count in counts.items():

@@ -1,4 +1,4 @@
-"""One figure: an error, its cost, and what was run to get it."""
+"""One figure: an error, its cost, and the setting that gave it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DIGITS = 6
 
 
 class Kind(NamedTuple):
-    """A kind of error: the unit in which it is shown, how many of these make 1 of the rows, the unit of the rows, and what such a number is."""
+    """A kind of error: the unit in which it is shown, how many of these make 1 of the rows, the unit of the rows, and a word for such a number."""
 
     unit: str
     scale: float
@@ -47,7 +47,7 @@ class Setting(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """What an answer costs beside time, such as presses."""
+    """The cost of an answer beside time, such as presses."""
 
     name: str
     value: float
@@ -58,8 +58,8 @@ class Cost(NamedTuple):
 class Answer:
     """One error of a case that was solved with a setting.
 
-    `error` is at least 0, and None where there is no answer, with the `reason`. `reference_error` is the own error of what
-    it is held against: 0 where that is exact, None where it is not known. `cpu_seconds` is CPU time of the solve.
+    `error` is at least 0, and None where there is no answer, with the `reason`. `reference_error` is the own error of the
+    reference: 0 where that is exact, None where it is not known. `cpu_seconds` is CPU time of the solve.
     `robot_seconds` is the time of the robot.
     """
 
@@ -75,9 +75,9 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """An answer as it is written: SI, with what it answers, and with the processor, the commit and the versions that made it.
+    """An answer as it is written: SI, with its case and setting, and with the processor, the commit and the versions that made it.
 
-    `kernel_seconds` is CPU time of a fixed computation beside it, which tells a slow machine from slow code.
+    `kernel_seconds` is CPU time of a fixed computation beside it, which distinguishes a slow machine from slow code.
     """
 
     domain: str
@@ -101,7 +101,7 @@ class Row:
 
     @property
     def key(self) -> tuple[str, str, Setting, int | None, str]:
-        """What the row is a figure of."""
+        """The key of the row: domain, case, setting, seed and kind of error."""
         return self.domain, self.case, self.setting, self.seed, self.error_kind
 
     def to_json(self) -> dict[str, Any]:

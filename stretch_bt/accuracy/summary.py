@@ -45,7 +45,7 @@ class Spread:
 
     @property
     def end_name(self) -> str:
-        """What `end` is, in words."""
+        """The meaning of `end`, in words."""
         return "95th percentile" if self.count >= MANY else f"largest of {self.count}"
 
 
@@ -61,7 +61,7 @@ class Summary:
 
     @property
     def is_reference(self) -> bool:
-        """Whether it is what others are held against."""
+        """Whether others are compared with it."""
         return any(row.status == REFERENCE for row in self.answers)
 
     @property

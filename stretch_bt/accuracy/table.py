@@ -12,7 +12,7 @@ __all__ = ["number", "table"]
 
 
 def table(name: str, domain: Domain, rows: Iterable[Row]) -> str:
-    """Return what a domain measured: its reference with its own error, each setting, and what has no answer."""
+    """Return the figures of a domain: its reference with its own error, each setting, and the cases without an answer."""
     found = summarise(rows)
     parts = [f"{name}\n{domain.about}"]
     for together in _together(found, domain.kinds):
@@ -81,7 +81,7 @@ def number(value: float) -> str:
 
 
 def _missing(title: str, rows: Iterable[Row]) -> str:
-    """Return who gave no answer to what, and why; one line where a setting has the same reason more than once."""
+    """Return which setting gave no answer to which case, and why; one line where a setting has the same reason more than once."""
     found: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         found.setdefault((str(row.setting), f"{row.status}: {row.reason}"), []).append(row.case)

@@ -1,4 +1,4 @@
-"""What must come of a hard case: a value, a range, a refusal, a warning, or a check that says what it checks."""
+"""The expected end of a hard case: a value, a range, a refusal, a warning, or a check that says what it checks."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ class Ended:
 
 
 class Expectation(Protocol):
-    """What must come of a call."""
+    """The expected end of a call."""
 
     @property
     def says(self) -> str:
-        """What is expected, in a few words."""
+        """The expectation in a few words."""
         ...
 
     def holds(self, ended: Ended) -> bool:
@@ -139,7 +139,7 @@ class Warned:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Whatever is true of the answer: `says` tells it in words, `check` whether it is so."""
+    """Any property of the answer: `says` describes it in words, `check` decides whether it holds."""
 
     says: str
     check: Callable[[Any], Any]

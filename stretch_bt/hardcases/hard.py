@@ -11,15 +11,15 @@ from stretch_bt.hardcases.expect import Expectation
 __all__ = ["Hard", "Rows", "group"]
 
 
-#: calls with what must come of them, by name
+#: calls with their expected ends, by name
 Rows = Mapping[str, tuple[Callable[[], Any], Expectation]]
 
 
 @dataclass(frozen=True, slots=True)
 class Hard:
-    """An input that breaks numerics: why it does, the call, and what must come of the call.
+    """An input that breaks numerics: why it does, the call, and the expected end of the call.
 
-    `costly` marks a case that takes more than about a second of CPU and is like another one in what it asks; the suite runs
+    `costly` marks a case that takes more than about a second of CPU and asks much the same as another one; the suite runs
     it with the slow tests only.
     """
 

@@ -52,7 +52,7 @@ def load(domain: str) -> tuple[Hard, ...]:
 
 
 def about(domain: str) -> str:
-    """Return what a domain is about, one sentence."""
+    """Return the subject of a domain, one sentence."""
     return " ".join((_module(domain).__doc__ or "").split("\n\n")[0].split())
 
 

@@ -30,7 +30,7 @@ class _Balanced(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What came of a case; `seconds` is CPU time, `iterations` and `residual` are those of a solver's answer, else None."""
+    """The outcome of a case; `seconds` is CPU time, `iterations` and `residual` come from a solver's answer, else None."""
 
     domain: str
     name: str
@@ -47,7 +47,7 @@ class Row:
 
 
 def run(domain: str, case: Hard) -> Row:
-    """Carry out a case, and return what came of it.
+    """Carry out a case, and return its outcome.
 
     A warning that is not expected is a failure, as is an error of any class.
     """

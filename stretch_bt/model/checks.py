@@ -1,4 +1,4 @@
-"""What the numbers of a calibration file have to be."""
+"""Requirements on the numbers of a calibration file."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def object_modulus(
     """Return Young's modulus, Pa, of a sphere that gave way by `deflection`, m, while the membrane was entered by `depth`, m.
 
     The paper's formula for an elastic sphere on the membrane, F = 4/3 sqrt(d^3 R) / ((1 - v^2)/E* + (1 - v_o^2)/E_o), with d the
-    depth of both together and E* that of the membrane at the same force under a rigid sphere, F = 4/3 sqrt(depth^3 R) E* / (1 - v^2),
+    depth of both together and E* the membrane's modulus at the same force under a rigid sphere, F = 4/3 sqrt(depth^3 R) E* / (1 - v^2),
     gives E_o = (1 - v_o^2) F / (4/3 sqrt(R) (d^1.5 - depth^1.5)). Errors are carried over at first order.
 
     Raises
@@ -38,7 +38,7 @@ def object_modulus(
             "radius must be above 0 m, force and depth at least 0, the Poisson ratio above -1 and at most 0.5"
         )
     if force.value <= _SIGNIFICANT * force.sd or deflection.value <= max(_SIGNIFICANT * deflection.sd, 0.0):
-        raise IllConditioned("the object gave way too little, or too little force is on it, to tell its modulus")
+        raise IllConditioned("the object gave way too little, or too little force is on it, to determine its modulus")
     values = [estimate.value for estimate in given.values()]
     value = _modulus(values, poisson)
     parts = []

@@ -1,4 +1,4 @@
-"""The driver: what goes over the wire, and what it means; one thread polls the gripper and sends commands between the polls."""
+"""The driver: the messages on the wire, and their meaning; one thread polls the gripper and sends commands between the polls."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class TwoJawWire:
             raise WireError("nobody answers")
 
     def read(self) -> r.Status:
-        """Return what the gripper tells of itself."""
+        """Return the status of the gripper."""
         opening, state = self._answered(lambda: self._client.read_holding_registers(r.OPENING, count=2, device_id=1))
         return r.Status(opening * r.COUNT, state)
 
@@ -64,7 +64,7 @@ class TwoJawGripper(PolledDriver[TwoJawWire, r.Status], GripperDriver):
 
     @dataclass(frozen=True)
     class Options:
-        """What a cell file says of it."""
+        """The options of a cell file."""
 
         host: str  # address of the gripper
         port: Annotated[int, Within(1, 65535)] = 502  # of that host

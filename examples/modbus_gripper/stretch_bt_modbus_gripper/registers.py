@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: written: target, 0.01 mm; speed, 0.1 mm/s; what to do
+#: written: target, 0.01 mm; speed, 0.1 mm/s; command
 TARGET, SPEED, COMMAND = 0, 1, 2
 GO, HOLD = 1, 2
 #: read: opening, 0.01 mm, and state
@@ -19,7 +19,7 @@ REGISTERS = 16
 
 @dataclass(frozen=True)
 class Status:
-    """What the gripper tells: its opening, m, and its state."""
+    """The status that the gripper sends: its opening, m, and its state."""
 
     opening: float
     state: int

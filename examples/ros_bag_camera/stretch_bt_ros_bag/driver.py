@@ -29,7 +29,7 @@ class BagCamera(DepthCameraDriver):
 
     @dataclass(frozen=True)
     class Options:
-        """What a cell file says of it."""
+        """The options of a cell file."""
 
         bag: str  # folder of the bag, relative to the cell file
         topic: str = "/camera/depth/image_rect_raw"  # sensor_msgs/Image, 16UC1 or 32FC1
@@ -57,9 +57,9 @@ class BagCamera(DepthCameraDriver):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """What the bag says of the lens."""
+        """The lens, from the bag."""
         if self._lens is None:
-            raise NotReady(self.name, "the bag tells of the lens when it is opened")
+            raise NotReady(self.name, "the bag has not been opened, so that its lens is not known yet")
         return self._lens
 
     @property

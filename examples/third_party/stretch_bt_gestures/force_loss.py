@@ -9,7 +9,7 @@ from stretch_bt.units import Estimate, Force
 
 @node
 class ForceLoss(Behavior):
-    """Tell which part of the first force is gone at the second; FAILURE when the first is too small to tell."""
+    """Compute which part of the first force is gone at the second; FAILURE when the first is within its error of zero."""
 
     kind = "model"
     instant = True

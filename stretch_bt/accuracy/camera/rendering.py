@@ -36,9 +36,9 @@ CROP = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)
 TABLE = Plane((0.0, 0.0, 1.0), -0.03)
 PITCHES = (2e-3, 1.4e-3, 1e-3, PITCH, 0.5e-3, 0.35e-3)  # m
 _AT = (0.002, -0.003)  # m, off the middle, as most presses are
-_REFERENCE = (0.35e-3, 0.5e-3)  # m, the pitches of the reference, and of the one that its own error is read from
-_ORDER = 4  # in which cubic splines err
-_BEYOND = 0.22  # m; what is farther is the table, whose edge is none of the surface's
+_REFERENCE = (0.35e-3, 0.5e-3)  # m, the pitches of the reference, and of the one that gives its own error
+_ORDER = 4  # of the error of cubic splines
+_BEYOND = 0.22  # m; farther pixels show the table, whose edge is none of the surface's
 _CALLS = 9
 _PEER_PITCHES = (1.4e-3, PITCH, 0.35e-3)
 
@@ -100,7 +100,7 @@ def points_of(shape: Shape, pitch: float) -> Array:
 
 
 def timed(call: Callable[[], Any], count: int = _CALLS) -> tuple[Any, float]:
-    """Return what a call returns, and the median CPU time, s, of several."""
+    """Return the answer of a call, and the median CPU time, s, of several."""
     spent = []
     for _ in range(count):
         began = time.process_time()

@@ -8,7 +8,7 @@ import numpy as np
 
 __all__ = ["Draw", "draw", "scene"]
 
-#: what the advisor would leave off with the tolerance of the scene, and the stop rules read
+#: effects that the advisor would leave off with the tolerance of the scene, and the stop rules read
 NOISE = ("sag", "correlated_noise", "white_noise", "fixed_pattern", "repeatability", "latency", "arm_force_noise")
 
 

@@ -1,1 +1,1 @@
-"""Rolling dough: how far the reduced body is off one with many more directions, and off what another program says."""
+"""Rolling dough: how far the reduced body is off one with many more directions, and off another program."""

@@ -33,7 +33,7 @@ KNOWN = {
     ("eight", 0.1): (0.043, 0.025),
     ("eight", 0.5): (0.051, 0.034),
 }
-_KNOWN_ERROR = 0.004  # what medians of other 30 lumps scatter by
+_KNOWN_ERROR = 0.004  # scatter of the medians of other 30 lumps
 _LUMPS = 15
 
 
@@ -105,7 +105,7 @@ def _known(kind: str, spin: float, number: int, figure: float) -> list[Answer]:
 
 @lru_cache(maxsize=2)
 def _medians(kind: str, spin: float) -> tuple[list[float], float]:
-    """Return the medians of the roundness after 2 and 4 m, and that of the CPU time, s, of a lump."""
+    """Return the medians of the roundness after 2 and 4 m, and the median CPU time, s, of a lump."""
     chance = np.random.default_rng(0)
     rows, seconds = [], []
     for seed in range(_LUMPS):

@@ -1,8 +1,8 @@
-"""Hands that no force model knows, and what a characterisation measures on them.
+"""Hands that no force model knows, and the forces that a characterisation measures on them.
 
 Each seed draws shear modulus, thickness and mount pre-stretch within 20 % of the twin's, Mooney and Rivlin's energy with a share of 5 to
 24 % in half of the hands, friction of 0.2 to 0.6, and softening of 5 to 15 %; the sheet has its weight and its bending and a finer
-mesh than that of the model's table.
+mesh than the model's table.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _MESHES = (1.0, 0.9, 1.1, 1.2)
 
 @dataclass(frozen=True)
 class TrueHand:
-    """What a seed draws."""
+    """A hand that a seed draws."""
 
     shear_modulus: float
     thickness: float
@@ -107,7 +107,7 @@ def _pressed(
     depth: float,
     past: SheetPress | None,
 ) -> SheetPress:
-    """Return a press; where its energy is lost in rounding, as on some meshes at first contact, that on another mesh."""
+    """Return a press; where its energy is lost in rounding, as on some meshes at first contact, it is solved on another mesh."""
     load = Load(ball, stretch, depth, (0.0, 0.0), (0.0, 0.0), hangs[stretch])
     for scale in _MESHES[:-1]:
         with suppress(NoEquilibrium):
@@ -116,7 +116,7 @@ def _pressed(
 
 
 def measured(true: Array, seed: int) -> Measurements:
-    """Return what five trials of the protocol with noise say of forces (diameters, stretches, depths)."""
+    """Return the measurements of forces (diameters, stretches, depths) in five trials of the protocol with noise."""
     return measured_at(true, DIAMETERS, STRETCHES, DEPTHS, seed)
 
 

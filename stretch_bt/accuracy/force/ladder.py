@@ -38,7 +38,7 @@ _REFINEMENT = 1.4
 
 
 class Plan(NamedTuple):
-    """What is measured and what is asked: lengths in m."""
+    """The measured states and the asked ones: lengths in m."""
 
     diameters: tuple[float, ...]
     stretches: tuple[float, ...]

@@ -20,7 +20,7 @@ from stretch_bt.simulation.membrane.sheet.settings import Settings
 __all__ = ["DEFAULT", "REFINEMENT", "STEP", "Case", "Variant", "cases", "quick_cases", "reference_settings", "variants"]
 
 STEP = 1e-3  # m, of a warm start
-REFINEMENT = 1.4  # elements of the second reference over those of the first
+REFINEMENT = 1.4  # length of the second reference's elements over the first's
 _DEPTHS, _MIDDLE = (0.003, 0.008, 0.015), (0.008,)
 _WIDE = (0.01, 0.03, 0.08)  # m, stretches
 _GROWTH = 1.2  # at the usual 1.6 the coarse elements far off cost the force 0.06 %, whatever those in the contact do
@@ -40,7 +40,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What is pressed how far, in words."""
+        """Shape, stretch and depth of the press, in words."""
         return f"{self.shape}, stretch {self.stretch * 1e3:g} mm, depth {self.depth * 1e3:g} mm"
 
 

@@ -20,7 +20,7 @@ Round = Callable[[Array], Array]  # height, m, over distance from the axis, m
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """What is held to be right: force, N, contact radius, m, and the surface over the inner 80 % of the sheet.
+    """The reference: force, N, contact radius, m, and the surface over the inner 80 % of the sheet.
 
     `places` (n, n, 3), m, are material points; `slopes` (n, n, 3) turn their displacement into the change of height over
     a fixed place, as a material point also slides along the surface.

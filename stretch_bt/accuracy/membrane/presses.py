@@ -28,11 +28,11 @@ from stretch_bt.simulation.membrane.sheet.settings import Settings
 __all__ = ["compile_kernels", "jobs"]
 
 _REFERENCE = Setting("reference", "sheet on fine elements")
-_SLACK = 3.0  # by how much a slack sheet costs more than a taut one, about
+_SLACK = 3.0  # cost of a slack sheet over a taut one's, about
 
 
 class _Right(NamedTuple):
-    """What is held to be right of a press, its own error by kind, and its CPU time, s."""
+    """The reference of a press, its own error by kind, and its CPU time, s."""
 
     reference: Reference
     own: dict[str, float]

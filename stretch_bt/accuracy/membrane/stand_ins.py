@@ -1,4 +1,4 @@
-"""Cheaper models that stand in for the sheet: what they get wrong is the model."""
+"""Cheaper models that stand in for the sheet: their error is the model's."""
 
 from __future__ import annotations
 

@@ -13,13 +13,13 @@ from stretch_bt.simulation.scene import load_scene
 
 __all__ = ["DROP", "Figures", "figures"]
 
-DROP = 1.5e-3  # m, at which the trees tell the second stiffness
+DROP = 1.5e-3  # m, at which the trees estimate the second stiffness
 
 
 class Figures(NamedTuple):
     """Errors relative to the truth and in stated standard deviations, drops and heights in mm, times in s.
 
-    The stiffness at the last press is held against what the scene knows of it at that moment, that at DROP against the object's own.
+    The stiffness at the last press is compared with the scene's own at that moment, the stiffness at DROP with the object's own.
     """
 
     error: float
@@ -31,7 +31,7 @@ class Figures(NamedTuple):
     height_scatter: float  # of looks about the run's mean error; NaN where there was one
     presses: float
     robot_seconds: float
-    past_touch: float  # those since the hand stood at the object's top
+    past_touch: float  # seconds since the hand stood at the object's top
     falls: float  # presses at whose end the scene's own force was lower than at the last
 
 

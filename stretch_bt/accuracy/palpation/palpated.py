@@ -1,4 +1,4 @@
-"""A balloon palpated by a protocol, with what the scene knows on the way."""
+"""A balloon palpated by a protocol, with the scene's truth on the way."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Seen", "palpated", "watched"]
 
 @dataclass
 class Seen(Onlooker):
-    """Notes what the scene knows: the force at each press' end, the error of each height that was seen, when the object was met."""
+    """Notes the scene's truth: the force at each press' end, the error of each height that was seen, when the object was met."""
 
     runner: Runner
     top: float
@@ -51,7 +51,7 @@ class Seen(Onlooker):
 def palpated(
     protocol: str, level: int, balloon: str, fidelity: str, seed: int, extra: Mapping[str, Any]
 ) -> tuple[RunResult, Seen]:
-    """Return the result of a run with the params of LEVELS and `extra`, and what the scene knew on its way."""
+    """Return the result of a run with the params of LEVELS and `extra`, and the scene's truth on its way."""
     shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.yaml"
@@ -61,7 +61,7 @@ def palpated(
 
 
 def watched(balloon: str, tree: str, **given: Any) -> tuple[RunResult, Seen]:
-    """Run a tree on a scene of a balloon as `run` does, and return its result and what the scene knew on its way."""
+    """Run a tree on a scene of a balloon as `run` does, and return its result and the scene's truth on its way."""
     notes: list[Seen] = []
 
     def watch(runner: Runner) -> None:

@@ -1,4 +1,4 @@
-"""What the domain measures: protocols with their steps, at several amounts of averaging."""
+"""The settings that the domain measures: protocols with their steps, at several amounts of averaging."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stretch_bt.accuracy.points import FAILED, Answer, Setting
 
 __all__ = ["SERIES", "Series", "jobs"]
 
-SHALLOW = 0.012  # m, the depth limit at which stretch steps are compared: within that of the tree these balloons need no stretch
+SHALLOW = 0.012  # m, the depth limit at which stretch steps are compared: within the tree's own limit these balloons need no stretch
 SHIPPED = AVERAGING.index("as shipped")
 
 

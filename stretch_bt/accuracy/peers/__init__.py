@@ -24,12 +24,12 @@ PRESSES = ("mujoco_flex", "newton_vbd")
 DIAMETER, STRETCH, DEPTH = 0.020, 0.030, 0.010  # m
 SHEAR_MODULUS = 40e3  # Pa
 DENSITY = 1070.0  # kg/m^3, which a dynamic simulator needs to come to rest
-_REFERENCE = 0.004  # of the force of the sheet on fine elements: what two independent programs differ by
+_REFERENCE = 0.004  # error of the force of the sheet on fine elements: the difference of two independent programs
 _SECONDS = 3.0
 
 
 class Pressed(NamedTuple):
-    """What a peer gives: the force, N, once the sheet rests; CPU seconds from the flat stretched sheet."""
+    """The answer of a peer: the force, N, once the sheet rests; CPU seconds from the flat stretched sheet."""
 
     force: float
     seconds: float
@@ -55,12 +55,12 @@ def guarded(peer: str, job: Job) -> Job:
 
 
 def names(peers: Iterable[str]) -> frozenset[str]:
-    """Return what peers are called."""
+    """Return the names of peers."""
     return frozenset(str(import_module(f"{__name__}.{peer}").NAME) for peer in peers)
 
 
 def presses() -> Iterator[Job]:
-    """Yield the force of each peer against that of the sheet on fine elements."""
+    """Yield the force of each peer against the force of the sheet on fine elements."""
     case = f"sphere 20 mm, stretch 30 mm, depth 10 mm, shear modulus {SHEAR_MODULUS / 1e3:g} kPa"
     for peer in PRESSES:
         module = import_module(f"{__name__}.{peer}")

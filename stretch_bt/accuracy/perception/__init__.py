@@ -1,1 +1,1 @@
-"""Presses of the finite-strain sheet as a depth camera sees them: what perception is measured against."""
+"""Presses of the finite-strain sheet as a depth camera sees them: the reference for perception."""

@@ -1,4 +1,4 @@
-"""What every step shares: the presses and noises it is measured on, and root mean squares with medians of time."""
+"""The parts that every step shares: its presses and noises, and root mean squares with medians of time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ CYLINDERS = tuple(
     for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
 )
 QUICK, FULL = 4, 40  # frames of a press
-_AVERAGED = 8.0  # by how much a frame costs more that is the mean of as many with smooth noise
+_AVERAGED = 8.0  # frames with smooth noise in a mean; it costs as many times more
 
 Array = npt.NDArray[Any]
 
@@ -106,7 +106,7 @@ def bound_job(case: str, frames: int, kind: str, bound: Callable[[], float]) -> 
 
 @lru_cache(maxsize=8)
 def view_of(press: Press) -> Seen:
-    """Return what the camera sees of a press."""
+    """Return the camera's view of a press."""
     return seen(press)
 
 

@@ -1,4 +1,4 @@
-"""What a depth camera adds to the truth."""
+"""The errors that a depth camera adds to the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One press of the sheet by a rigid body, and what a depth camera 200 mm above the membrane would see without noise."""
+"""One press of the sheet by a rigid body, as a depth camera 200 mm above the membrane would see it without noise."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Seen:
 
 
 def seen(wanted: Press) -> Seen:
-    """Return what the camera sees of a press; solved presses are kept between runs.
+    """Return the camera's view of a press; solved presses are kept between runs.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _solved(wanted: Press) -> Seen:
 
 
 def seen_of(wanted: Press, solved: object) -> Seen:
-    """Return what the camera sees of a press that the sheet solved."""
+    """Return the camera's view of a press that the sheet solved."""
     assert isinstance(solved, SheetPress)
     depth, points = render(solved.shape, CAMERA, PLANE_DISTANCE)
     visible = np.isfinite(points[..., 2])
@@ -105,7 +105,7 @@ def _file(wanted: Press) -> Path | None:
 
 
 def _whole(value: object) -> str:
-    """Return all that makes a press or a body what it is; bodies of many numbers show few of them."""
+    """Return all numbers that define a press or a body; the repr of a body of many numbers shows few of them."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, tuple):

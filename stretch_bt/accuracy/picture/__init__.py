@@ -24,7 +24,7 @@ _STYLE = (
 
 
 def draw(name: str, domain: Domain, rows: Iterable[Row]) -> str:
-    """Return the picture of a domain: its panels, a line for each series of settings, and what each mark means."""
+    """Return the picture of a domain: its panels, a line for each series of settings, and the meaning of each mark."""
     found = summarise(rows)
     drawn = [s for p in domain.panels for s in _shown(p, found) if not s.is_reference and _costs(p, s)]
     shown = list(dict.fromkeys(s.setting.series for s in drawn))
@@ -54,7 +54,7 @@ def _costs(which: Panel, summary: Summary) -> bool:
 
 
 def _shown(which: Panel, found: Sequence[Summary]) -> list[Summary]:
-    """Return the settings that a panel draws: those of its series, or all, that have its kind of error or failed at it."""
+    """Return the settings that a panel draws: of its series, or of all, where they have its kind of error or failed at it."""
     return [
         summary
         for summary in found

@@ -1,4 +1,4 @@
-"""What points, bars and failures look like."""
+"""The looks of points, bars and failures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def point(x: float, y: float, color: str, *, peer: bool, default: bool, title: s
 
 
 def bar(x: float, low: float, high: float, color: str, *, many: bool) -> str:
-    """Return a bar from one place up to another, whose end says what it is: flat a 95th percentile, pointed the largest."""
+    """Return a bar from one place up to another: its end is flat for a 95th percentile, pointed for the largest."""
     end = f"M{x - _CAP:.1f} {high:.1f}h{2 * _CAP:g}" if many else f"M{x - _CAP:.1f} {high + _CAP:.1f}l4 -4l4 4"
     return f'<path d="M{x:.1f} {low:.1f}V{high:.1f}{end}" stroke="{color}" style="stroke-width:1.1"/>'
 
@@ -43,7 +43,7 @@ def _key(mark: str, words: str) -> str:
     return f'{mark}<text x="32" y="4">{words}</text>'
 
 
-#: what a mark means, as an entry of the legend, by what a panel has in it where that mark is drawn
+#: entries of the legend that explain a mark, by a piece of text that a panel has where the mark is drawn
 KEY = {
     "<circle": _key(point(12, 0, "#777", peer=False, default=True), "median; the ring is the default"),
     f'h{2 * _CAP:g}" stroke': _key(bar(12, 8, -6, "#777", many=True), f"95th percentile, of {MANY} cases or more"),

@@ -19,7 +19,7 @@ __all__ = ["HEIGHT", "WIDTH", "panel"]
 
 WIDTH, HEIGHT = 660, 470
 _ROOM = Box(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
-_FAILED = 44.0  # y of what has no answer
+_FAILED = 44.0  # y of the marks of cases without an answer
 
 
 class _Dot(NamedTuple):
@@ -78,7 +78,7 @@ def _dot(which: Panel, kind: Kind, summary: Summary) -> _Dot | None:
 
 
 def _lines(which: Panel, kind: Kind, found: Sequence[Summary]) -> list[tuple[float, str, str]]:
-    """Return the errors that lines are drawn at, with their class and what they are."""
+    """Return the errors at which lines are drawn, with their class and their name."""
     held = [s for s in found if not s.is_reference]
     own = [r.reference_error for s in held for r in s.answers if r.error_kind == which.kind and r.reference_error]
     lines = [(float(np.median(own)) * kind.scale, "f", "the reference's own error")] if own else []
@@ -94,7 +94,7 @@ def _states_own(summary: Summary) -> bool:
 
 
 def _failed_cost(which: Panel, summary: Summary) -> float | None:
-    """Return where what has no answer is drawn: at its own cost, or at that of what has one."""
+    """Return the cost at which the cases of a setting without an answer are drawn: their median, None where none has a cost."""
     if summary.is_reference:
         return None
     found: list[float] = [cost for row in _unanswered(which, summary) if (cost := which.axis.of(row))]
@@ -142,7 +142,7 @@ def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
     places = [(frame.x(dot.cost), frame.y(dot.errors.median)) for dot in dots]
     steps = sum(any(c.isdigit() for c in dot.summary.setting.variant) for dot in dots)
     line = f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" stroke="{color}" opacity="0.45"/>'
-    parts = [line] if 2 * steps >= len(dots) > 1 else []  # what is no step of a number is no line
+    parts = [line] if 2 * steps >= len(dots) > 1 else []  # only steps of a number are joined by a line
     for (x, y), dot in zip(places, dots, strict=True):
         errors = dot.errors
         if errors.count > 1:

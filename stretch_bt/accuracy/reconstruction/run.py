@@ -1,4 +1,4 @@
-"""A run of `reconstruct` in the twin, and what comes of it against the scene's truth."""
+"""A run of `reconstruct` in the twin, and its errors against the scene's truth."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["Found", "Unfinished", "grid", "reconstructed"]
 
 @dataclass(frozen=True)
 class Found:
-    """What came of a run: shares, m, s; `errors` of the graded dimensions in mm, with their deviations."""
+    """The outcome of a run: shares, m, s; `errors` of the graded dimensions in mm, with their deviations."""
 
     coverage: float
     stated: float
@@ -56,7 +56,7 @@ class Unfinished:
 
 
 def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | Unfinished:
-    """Return what comes of a run against the scene's truth, or why nothing did."""
+    """Return the outcome of a run against the scene's truth, or why there is none."""
     began = time.process_time()
     known: Scene = load_scene(scene)
     with tempfile.TemporaryDirectory() as folder:
@@ -116,7 +116,7 @@ def _cells(places: Any) -> list[tuple[int, ...]]:
 
 
 def _rms(off: Any, points: Any) -> float:
-    """Return the root mean square over cells of 1 mm, as seen from above: what was felt has more points than what is told beside it."""
+    """Return the root mean square over cells of 1 mm, as seen from above: felt places have more points than the places beside them."""
     return float(np.sqrt(np.mean(cells_of(np.floor(points[:, :2] / 1e-3).astype(np.int64)).means(off**2))))
 
 

@@ -1,1 +1,1 @@
-"""What a tick of a tree takes, beside bare py_trees."""
+"""The time of a tick of a tree, beside bare py_trees."""

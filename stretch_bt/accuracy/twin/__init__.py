@@ -1,1 +1,1 @@
-"""What each effect of the twin is worth in its scenes, and what it costs."""
+"""The worth of each effect of the twin in its scenes, and its cost."""

@@ -1,4 +1,4 @@
-"""Contacts of presses around what a scene holds, as a tree gets them, without a tree."""
+"""Contacts of presses around a scene's object, as a tree gets them, without a tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the advisor chose well, and what its choice costs beside everything and beside the least that would do."""
+"""Whether the advisor chose well, and the cost of its choice beside everything and beside the least that would do."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RELATIVE = ("force", "stiffness")
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """An effect of a scene, switched over: by how much that changes the mean of the runs, and the rms of what it changes in each,
+    """An effect of a scene, switched over: the change of the mean of the runs, and the rms of the change in each run,
     over the tolerance; 1 and more matters. Infinite where runs fail with it that did not without, or the other way round.
     """
 
@@ -35,15 +35,15 @@ class Judged:
 
     @property
     def right_each(self) -> bool:
-        """Whether it holds by what changes in each run."""
+        """Whether it holds by the change in each run."""
         return (self.rms > 1) is self.verdict.on
 
 
 @dataclass(frozen=True, slots=True)
 class Priced:
-    """A scene with what the advisor switched on, with everything, with nothing, and with the least that does.
+    """A scene with the advisor's choice switched on, with everything, with nothing, and with the least that does.
 
-    `apart` is by how much the mean result differs from that with everything on, over the tolerance, in `pairs` paired runs.
+    `apart` is the difference of the mean result from the mean with everything on, over the tolerance, in `pairs` paired runs.
     """
 
     scene: str
@@ -67,9 +67,9 @@ def judge(name: str, ledger: Ledger, seeds: Sequence[int], dear: Mapping[str, in
 
 
 def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -> Priced:
-    """Return what a scene costs; the least is found by taking away one effect after the other, the dearest first.
+    """Return the cost of a scene; the least is found by taking away one effect after the other, the dearest first.
 
-    It begins with what the advisor switched on, if that agrees with everything on, else with as much more as it takes, the largest first.
+    It begins with the advisor's choice, if that agrees with everything on, else with as much more as it takes, the largest first.
     `few` are the seeds of the runs with everything on, which are dear.
     """
     scene, on, every = _chosen(name)
@@ -92,7 +92,7 @@ def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -
 
 
 def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
-    """Return by how much the mean of an observable changes, and the rms of its change in each run, over the tolerance.
+    """Return the change of the mean of an observable, and the rms of its change in each run, over the tolerance.
 
     Of the observables of the tolerance, the one that changes most counts. Runs are compared seed by seed; where more than a
     third of them have an observable with one set of effects and not with the other, the change is infinite, and so it is

@@ -38,7 +38,7 @@ class Runs:
         return statistics.fmean(found) if found else None
 
     def paired(self, other: Runs, observable: str) -> list[float]:
-        """Return by how much an observable differs from that of other runs, seed by seed."""
+        """Return the differences of an observable from other runs, seed by seed."""
         pairs = zip(self.outcomes, other.outcomes, strict=False)
         return [
             a.values[observable] - b.values[observable]

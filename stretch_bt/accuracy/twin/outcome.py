@@ -1,4 +1,4 @@
-"""What comes of a scene's task with given effects: its results and what they cost."""
+"""The outcome of a scene's task with given effects: its results and their cost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Outcome", "outcome", "with_effects"]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Results by observable, SI, those of the scene's tolerance; empty and with a reason where the task failed. CPU time, s."""
+    """Results of the observables in the scene's tolerance, SI; empty and with a reason where the task failed. CPU time, s."""
 
     values: Mapping[str, float]
     cpu_seconds: float
@@ -37,7 +37,7 @@ def with_effects(name: str, choices: Mapping[str, str]) -> str:
 
 
 def outcome(text: str, seed: int) -> Outcome:
-    """Return what comes of the task of a scene, given as text: palpation of a balloon, rolling of dough, else one press."""
+    """Return the outcome of the task of a scene, given as text: palpation of a balloon, rolling of dough, else one press."""
     scene = parse_scene(text)
     task = {"balloon": _palpate, "dough": _roll}.get(scene.object.type, _press)
     began = time.process_time()

@@ -1,4 +1,4 @@
-"""One press of what a scene holds: the height and the length of what stands out of the membrane, and the force."""
+"""One press of a scene's object: the height and the length of the part that stands out of the membrane, and the force."""
 
 from __future__ import annotations
 

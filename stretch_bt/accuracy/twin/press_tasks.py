@@ -1,4 +1,4 @@
-"""Random scenes to press, and what a press of one gives with some effects on and all others off: shared by benchmarks of the advisor."""
+"""Random scenes to press, and the results of a press with some effects on and all others off: shared by benchmarks of the advisor."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ __all__ = [
 
 TOP, HIGH = 2e-3, 0.8  # m round the middle that counts as top, and share of the depth at which a length is taken
 POINTS = 181  # along each side of a sheet
-#: for what is held to be right: elements two fifths as long as usual, that grow by 1.2
+#: for the reference: elements two fifths as long as usual, that grow by 1.2
 REFERENCE = Settings(coarsen=0.4, growth=1.2, budget=5000)
 
 Item = TypeVar("Item")
@@ -129,7 +129,7 @@ def scene_with(text: str, on: Collection[str]) -> Scene:
 
 
 def pressed(scene: Scene, **how: Any) -> Press:
-    """Return what a press of a scene's conditions gives, straight down on its middle; `how` goes to the world. Raises NoEquilibrium."""
+    """Return the results of a press of a scene's conditions, straight down on its middle; `how` goes to the world. Raises NoEquilibrium."""
     began, use = time.process_time(), scene.conditions
     world, place = World(scene, **how), scene.object.position
     pose = Pose((place.x, place.y, scene.object.top - use.depth))
@@ -180,5 +180,5 @@ def apart(one: Press, other: Press) -> dict[str, float]:
 
 @cache
 def warm() -> None:
-    """Load what the first press of a process loads."""
+    """Load all that the first press of a process loads."""
     press_once(scene_with(drawn(np.random.default_rng(0), "sphere"), ("sag", "bending", "wrinkling", "friction")), 0)

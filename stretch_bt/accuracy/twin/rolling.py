@@ -1,4 +1,4 @@
-"""A roll of a lump of dough round a figure of eight, and what is left of its corners."""
+"""A roll of a lump of dough round a figure of eight, and the rest of its corners."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What sets of effects cost in the twin, and by how much their results differ from those with all that a scene can have."""
+"""The costs of sets of effects in the twin, and the differences of their results from a run with all effects of the scene."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _answered(scene: Scene, full: Runs, runs: Runs, number: int) -> list[Answer]
 
 
 def apart(scene: Scene, full: Runs, runs: Runs, number: int) -> float:
-    """Return by how much one run differs from that with everything on, over the tolerance; of the observables the most."""
+    """Return the difference of one run from the run with everything on, over the tolerance; of the observables the largest."""
     found, right = runs.outcomes[number].values, full.outcomes[number].values
     tolerances = scene.tolerance.named()
     scales = {name: tolerances[name] * (abs(value) if name in RELATIVE else 1.0) for name, value in right.items()}

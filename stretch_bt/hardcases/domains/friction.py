@@ -46,7 +46,7 @@ def _loads(found: PressResult) -> tuple[Any, Any, Any]:
 
 
 def _extra(mu: float) -> float:
-    """Return what friction adds to the force of a press, as a part of it."""
+    """Return the force that friction adds to a press, as a part of it."""
     return _rubbed(mu).force / press(**ROUND).force - 1
 
 
@@ -79,7 +79,7 @@ def _slip(mu: float) -> float:
 
 
 def _in_many_increments() -> float:
-    """Return the force of a press led down in steps of 0.5 mm over that of one led down by itself."""
+    """Return the force of a press led down in steps of 0.5 mm over the force of a press led down in one call."""
     state = None
     for depth in np.arange(1, 17) * 0.5e-3:
         state = _rubbed(0.5, depth=float(depth), start=state, settings=ROUGH)
@@ -118,7 +118,7 @@ def _fast_over_exact() -> tuple[float, float]:
 
 
 def _let_go(body: str) -> float:
-    """Return the force of a press where a deeper one let go, over that of a new membrane: softened, and not dragged."""
+    """Return the force of a press where a deeper one let go, over the force on a new membrane: softened, and not dragged."""
     both: dict[str, Any] = {"effects": Effects(friction=0.3, mullins=Mullins()), "stretch": 0.01, "settings": ROUGH}
     loose = _sheet(press("sphere:20mm", depth=0.012, **both)).let_go()
     assert loose.let_go() is loose
@@ -163,7 +163,7 @@ def _drag_reverses(met: list[tuple[float, float]]) -> bool:
 
 
 def _steps(start: Load | None, load: Load) -> tuple[int, float, bool]:
-    """Return how many increments lead to a load, the longest in units of what one may move, and whether the last is exact."""
+    """Return how many increments lead to a load, the longest over its limit, and whether the last is exact."""
     loads = list(increments(start, load, 1e-3))
     limits = np.array([1e-3, 1e-3, 1e-3, 1e-3, 0.05, 0.05])
     moves = [(b.moves() - a.moves()) / limits for a, b in pairwise([start or load.part(0.0), *loads])]
@@ -192,7 +192,7 @@ CASES = (
         },
     ),
     *group(
-        "no traction exceeds mu times the pressure, where the pressure is that of the solve before",
+        "no traction exceeds mu times the pressure, but the solver has only the pressure of the solve before",
         {
             "the cone holds under a sphere": (_over_the_cone, Range(0.0, 2e-3)),
             "the cone holds under a rim": (partial(_over_the_cone, indenter="cylinder:20mm"), Range(0.0, 2e-3)),
@@ -227,7 +227,7 @@ CASES = (
         },
     ),
     *group(
-        "the end depends on the way, but not on how finely it is divided, mirrored or scaled",
+        "the end depends on the path, but not on how finely the path is divided, nor on mirror images or scale",
         {
             "in many increments": (_in_many_increments, Value(1.0, abs=1e-3)),
             "mirrored across": (partial(_mirrored, -1, 1), Value(1.0, abs=1e-8)),
@@ -238,7 +238,7 @@ CASES = (
         },
     ),
     *group(
-        "a way goes on from where it was, from first contact, or from nothing",
+        "a path goes on from where it was, from first contact, or from nothing",
         {
             "over the free edge": (
                 lambda: press(**EDGE, effects=Effects(friction=0.3)).force / press(**EDGE).force,
@@ -259,7 +259,7 @@ CASES = (
         },
     ),
     *group(
-        "each increment hands its tractions on, as they are where the mesh stays",
+        "each increment hands its tractions on, unchanged where the mesh stays the same",
         {"a memory on its own mesh": (_on_its_own_mesh, Value([0.0, 0.0]))},
     ),
     *group(

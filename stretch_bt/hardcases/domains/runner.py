@@ -1,4 +1,4 @@
-"""Tasks that end badly: broken numbers, no end, late ends, broken ends of what is owed, trees too deep, too large or empty.
+"""Tasks that end badly: broken numbers, no end, late ends, a broken finally, trees too deep, too large or empty.
 
 Leaves are mocked, so that no device is opened and no wall time passes.
 """
@@ -196,11 +196,11 @@ def _loaded(body: str) -> _End:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "an expression that has no finite value, or reads what nothing wrote",
+        "an expression that has no finite value, or reads a key that nothing wrote",
         {name: (partial(_ended, body, head), expect) for name, (body, head, expect) in BROKEN.items()},
     ),
     *group(
-        "what never ends, ends too late, or goes on for long",
+        "a task may never end, end too late, or go on for long",
         {name: (partial(_ended, body, head), expect) for name, (body, head, expect) in ENDLESS.items()},
         {
             "an output that overflows on its way": (
@@ -214,7 +214,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "whatever becomes of a task, what it owes is done, and is bounded",
+        "however a task ends, its finally is run, and for a bounded time",
         {
             f"owed, {name}": (partial(_ended, OWING, mocks=_mocked(*rules)), expect)
             for name, (rules, expect) in OWED.items()

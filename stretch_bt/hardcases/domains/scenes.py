@@ -53,7 +53,7 @@ def forces(low: float, high: float) -> Check:
 
 
 def _series(truth: dict[str, float], travel: float) -> list[float]:
-    """Return stiffness over 900 N/m, force over drop and stiffness, and travel told over the travel, each less 1."""
+    """Return stiffness over 900 N/m, force over drop and stiffness, true over given travel, and sinking over drop, each less 1."""
     return [
         truth["stiffness"] / 900 - 1,
         truth["force"] / truth["deflection"] / truth["stiffness"] - 1,
@@ -63,7 +63,7 @@ def _series(truth: dict[str, float], travel: float) -> list[float]:
 
 
 def _consistent(fidelity: str, stretch: float, travel: float) -> list[float]:
-    """Return how far what is told of a soft ball contradicts itself."""
+    """Return how far the truth of a soft ball contradicts itself."""
     text = (
         f"object: {{type: sphere, diameter: 60 mm, stiffness: 0.9 N/mm}}\nfidelity: {fidelity}\neffects: {{sag: off}}\n"
     )
@@ -113,7 +113,7 @@ def _told(text: str) -> str:
     return "read"
 
 
-#: what is in the scene, place of the hand, m, the stretch, m, and what comes of it
+#: the text of the scene, place of the hand, m, the stretch, m, and the expectation
 ENDS = {
     "a ball smaller than a few pixels": (
         "object: {type: sphere, diameter: 5 mm, rigid: true, base: 20 mm}\n",
@@ -172,7 +172,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "an object that hardly gives way, or by all of the hand's travel",
+        "an object gives way hardly at all, or by all of the hand's travel",
         {name: (partial(_truth, text, at, x), expect) for name, (text, at, x, expect) in SOFTNESS.items()},
         {
             f"a soft ball, {fidelity}, stretched by {1e3 * stretch:g} mm, {1e3 * travel:g} mm down": (
@@ -189,7 +189,7 @@ CASES: tuple[Hard, ...] = (
         ),
     ),
     *group(
-        "what a fidelity has no answer to must be refused, and leave what was known",
+        "a press without an answer at a fidelity must be refused, and leave the contact before as it was",
         {
             f"{name}, in closed form": (
                 partial(lambda pose, x: _world(SOFT).contact(pose, x), pose, x),
@@ -233,7 +233,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "what a scene cannot have must be told with its line",
+        "a scene may ask for what it cannot have, and the error must name the line",
         {
             "plasticity of a ball": (
                 partial(_told, BALL + "effects:\n  sag: off\n  plasticity: on\n"),

@@ -1,4 +1,4 @@
-"""What draws hard inputs of a domain, for the tests and for `make fuzz`; needs the extra `fuzz`."""
+"""Strategies that draw hard inputs of a domain, for the tests and for `make fuzz`; they need the extra `fuzz`."""
 
 from stretch_bt.errors import MissingExtra
 

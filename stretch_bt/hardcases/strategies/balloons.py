@@ -14,5 +14,5 @@ TIMES = st.sampled_from([0.0, 1e-3, 0.01, 0.05, 1.0, 3.0, 1e6])
 PATHS = st.lists(st.tuples(DROPS, TIMES), max_size=6)
 #: modulus of the hand times radius over pressure, and softness of a gas
 HANDS, SOFTNESS = st.floats(0.7, 300.0), st.floats(0.0, 0.2)
-#: factors by which the points of a curve rise, to the right and upwards
+#: factors from each point of a curve to the next, to the right and upwards
 STEPS = st.lists(st.tuples(st.floats(1.05, 3.0), st.floats(1.0, 8.0)), min_size=2, max_size=10)

@@ -12,7 +12,7 @@ from stretch_bt.simulation.effects import CameraEffect, registry
 
 __all__ = ["DEPTHS", "effects"]
 
-#: images (h, w) float32, m: nothing, at the lens, usual, and past what counts tell
+#: images (h, w) float32, m: nothing, at the lens, usual, and past the largest count
 DEPTHS = arrays.arrays(
     np.float32,
     st.tuples(st.integers(0, 24), st.integers(0, 24)),

@@ -1,4 +1,4 @@
-"""Calibrating a hand: a force model fitted to measured forces, what it leaves, and how well it tells a diameter that it has not seen."""
+"""Calibrating a hand: a force model fitted to measured forces, its residuals, and its errors at a diameter left out of the fit."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _UNJUDGED: dict[str, Fit] = {"membrane": _guess_membrane, "paper": fit_calibrate
 
 @dataclass(frozen=True, slots=True)
 class StateResidual:
-    """What a model leaves of the forces at one diameter and stretch, m: mean and rms, N."""
+    """Residuals, measured less modelled force, at one diameter and stretch, m: mean and rms, N."""
 
     diameter: float
     stretch: float
@@ -56,10 +56,10 @@ class StateResidual:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """How a model that has not seen a diameter, m, tells its forces: mean absolute error, N, and rms as a part of the force.
+    """Errors of a model at a diameter, m, that it was not fitted to: mean absolute error, N, and rms as a part of the force.
 
-    `rms_relative` is that of depths of 5 mm and stretches of 10 mm and more, None where there are none; `extrapolated` tells
-    that the diameter lies outside the others. A model may refuse: then both are None, and `reason` says why.
+    `rms_relative` is over depths of 5 mm and stretches of 10 mm and more, None where there are none; `extrapolated` is true
+    where the diameter lies outside the others. A model may refuse: then both errors are None, and `reason` says why.
     """
 
     diameter: float
@@ -84,7 +84,7 @@ class Calibration:
 
     @property
     def warnings(self) -> list[str]:
-        """What of the measurements the model was not fitted to."""
+        """Measurements that were left out of the fit, a text for each kind."""
         return [f"left out: {text}" for text in self.model.provenance.get("left_out", [])]
 
     def to_json(self) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str
 
 
 def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
-    """Return for each diameter how well a fit to the others tells its forces; none where there is one diameter alone."""
+    """Return for each diameter the errors of a model fitted to the others; nothing where there is one diameter alone."""
     found = []
     for diameter in given.diameters if len(given.diameters) > 1 else ():
         mask = given.of_diameter(diameter)
@@ -133,7 +133,7 @@ def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
 
 
 def widened(model: ForceModel, given: Measurements) -> ForceModel:
-    """Return a model that also answers for the diameter left out: the paper's law refuses what lies past its own."""
+    """Return a model that also answers for the diameter left out: the paper's law refuses diameters past its own."""
     if not isinstance(model, CalibratedHertz):
         return model
     limits = Range(given.range.radius, given.range.stretch, given.range.depth)

@@ -25,7 +25,7 @@ _DECAYS = np.geomspace(2e-3, 0.2, 80)  # m
 _STATES, _DIAMETERS = 2, 3
 _ROUNDING = 1e-9  # m
 _TOUCHES = 5e-4  # m; lighter presses say more of the zero of depth and of the sensor than of the law
-_FALL = 0.02  # of the modulus, that it falls by at least between the smallest and the largest diameter
+_FALL = 0.02  # least fall from the smallest to the largest diameter, as a part of the modulus
 
 
 def effective_modulus(depth: npt.ArrayLike, force: npt.ArrayLike, radius: npt.ArrayLike) -> Estimate:
@@ -57,10 +57,10 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     """Return the paper's model: at each stretch a negative exponential in diameter, across stretches a logarithm.
 
     The decay is one for all stretches, and so is the scale of the logarithm, as each stretch has few diameters; both are the best of
-    a grid, and the rest linear least squares. Standard deviations are by what all stretches together leave of their moduli: one of
-    three diameters leaves next to nothing by itself. `relative_sd` is the rms of what is left of the forces at depths of 5 mm and
-    more, as a part of the model's; at lesser ones the formula of Hertz is further off, by `shallow_sd`, which presses below 0.5 mm do
-    not tell.
+    a grid, and the rest linear least squares. Standard deviations follow from the residuals of the moduli of all stretches together:
+    one stretch of three diameters leaves next to no residual. `relative_sd` is the rms residual of forces at depths of 5 mm and
+    more, as a part of the model's force; at lesser depths the formula of Hertz has the further error `shallow_sd`, for which presses
+    below 0.5 mm do not count.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     stretches = np.unique(stretch)
     if len(stretches) < _STATES:
         raise IllConditioned(
-            "all presses are at one stretch, which does not tell how the modulus rises; measure two or more"
+            "all presses are at one stretch, which does not determine how the modulus rises; measure two or more"
         )
     fewest = min(len(np.unique(diameter[stretch == x])) for x in stretches)
     if fewest < _DIAMETERS:
@@ -117,7 +117,7 @@ def _of(x: float, stretch: Array, *arrays: Array) -> list[Array]:
 
 
 def _line(decay: float, diameter: Array, modulus: Array, sd: Array) -> tuple[Array, Array, float]:
-    """Return floor and amplitude (2,), their covariance for weighted residuals of 1, and what is left, for one stretch."""
+    """Return floor and amplitude (2,), their covariance for weighted residuals of 1, and the sum of squared residuals, for one stretch."""
     design = np.column_stack([np.ones_like(diameter), np.exp(-diameter / decay)])
     weight = 1 / np.maximum(sd, 1e-3 * modulus)
     found, *_ = np.linalg.lstsq(design * weight[:, None], modulus * weight)
@@ -136,7 +136,7 @@ def _state(
 
 
 def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: dict[str, Any]) -> CalibratedHertz:
-    """Return the model at the scale of the logarithm that leaves least."""
+    """Return the model at the scale of the logarithm with the least squared error."""
     made = [CalibratedHertz(states, float(scale), 0.0, given.range, provenance) for scale in _LOG_SCALES]
     lefts = [_left(model, states, given) for model in made]
     best = made[int(np.argmin(lefts))]
@@ -146,7 +146,7 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     relative = math.sqrt(float(np.mean(off[deep] if deep.any() else off)))
     if relative > MOST_SD:
         raise IllConditioned(
-            f"the paper's model leaves {relative:.3g} times the forces that it says itself, so it tells nothing of them; check the unit and "
+            f"the paper's model leaves {relative:.3g} times the forces that it says itself, so it predicts none of them; check the unit and "
             f"the noise of the force sensor, and the zero of depth"
         )
     light = ~deep & (pressed.depth >= _TOUCHES)
@@ -155,7 +155,7 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
 
 
 def _shallow(depth: Array, more: Array) -> float:
-    """Return `shallow_sd` by what is left of forces lighter than `SHALLOW` (n,), m, in squares of parts, more than deeper down."""
+    """Return `shallow_sd` from depths below `SHALLOW` (n,), m, and how far their squared relative residuals exceed the deeper ones (n,)."""
     nearer = (1 - depth / SHALLOW) ** 2
     return math.sqrt(max(float(more.sum()), 0.0) / float((nearer**2).sum())) if len(depth) else 0.0
 

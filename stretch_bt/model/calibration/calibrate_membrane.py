@@ -23,19 +23,19 @@ __all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 
 Array = npt.NDArray[np.float64]
 
-ROBOT_SD = 5e-5  # m; of where the arm stops
-OFFSET_SD, COMMON_SD = 5e-5, 2.5e-4  # m; of the depth's zero, for each mounted indenter, and for all by one camera
-_MODEL = 0.01  # of a force, that the fit takes the model to be off by before it is known
+ROBOT_SD = 5e-5  # m; standard deviation of where the arm stops
+OFFSET_SD, COMMON_SD = 5e-5, 2.5e-4  # m; standard deviation of the depth's zero, for each mounted indenter, and for all by one camera
+_MODEL = 0.01  # error of the model, as a part of a force, that the fit assumes before it is known
 _LEAST_MODEL, _MOST_MODEL = 0.005, 0.3
 _OUTLIER = 55.0  # times the median square: five standard deviations
 _TOLD = 2e-3  # m; lighter presses say more of the zero of depth than of the model
-_RISE = 1.3  # power of depth that a force about goes with
+_RISE = 1.3  # power of depth with which a force rises, about
 _AT_END = 1e-3  # of a logarithm
 _SETTLED = 1e-6  # of the deviation of a prior
 _EXACT = 1e-9  # m
 _ALONE = 0.02  # of a force, where there is nothing to leave out
 
-# mean and standard deviation of what is fitted: logarithms of the first two
+# mean and standard deviation of the fitted parameters: logarithms of the first two
 _PRIOR: dict[str, tuple[float, float]] = {
     "shear_modulus": (math.log(70e3), 1.0),
     "thickness": (math.log(0.002), 0.2),
@@ -47,7 +47,7 @@ _PRIOR: dict[str, tuple[float, float]] = {
 _LOGARITHMS = PARAMETERS[:2]
 _BOUNDS = {n: tuple(map(math.log, ends)) if n in _LOGARITHMS else ends for n, ends in BOUNDS.items()}
 _SOFTENING = PARAMETERS.index("softening")
-_UNSOFTENED = (0.0, math.hypot(*_PRIOR["softening"]))  # what is not measured of it: how far from 0 it is
+_UNSOFTENED = (0.0, math.hypot(*_PRIOR["softening"]))  # prior where it is not measured: 0, with its usual rms
 
 
 def fit_membrane(
@@ -56,10 +56,10 @@ def fit_membrane(
     """Return the membrane model that fits measured forces, with the covariance of its parameters.
 
     Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of all and of each
-    indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
+    indenter are found by robust least squares, each with a prior from such hands: the sheet's physics decides what the
     measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see,
-    between others, at depths of 2 mm and more; where it is not to be `judged`, which takes a fit for each diameter, what such
-    models leave. Presses past the table's range are left out, and the provenance says which.
+    between others, at depths of 2 mm and more; where it is not to be `judged`, which takes a fit for each diameter, the usual
+    error of such models. Presses past the table's range are left out, and the provenance says which.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def fit_membrane(
             else f"leaves {100 * relative:.0f} % of them"
         )
         raise IllConditioned(
-            f"the forces are not those of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
+            f"these are not the forces of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
             f"the zero of depth"
         )
     said = {**_said(given, conditioned), DEPTH_ZERO: found.zero.to_json()}
@@ -86,7 +86,7 @@ def fit_membrane(
 
 
 def within_table(given: Measurements) -> tuple[Measurements, dict[str, list[str]]]:
-    """Return the presses that the table of the sheet can tell, and by the key `left_out` what was left out, if anything.
+    """Return the presses within the table of the sheet, and by the key `left_out` notes on the presses left out, if any.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def within_table(given: Measurements) -> tuple[Measurements, dict[str, list[str]
     kept = sizes & near & shallow
     if not kept.any():
         raise IllConditioned(
-            f"the membrane model can tell none of the presses: left out are {'; '.join(notes)}; measure within, or use the paper's model"
+            f"the membrane model covers none of the presses: left out are {'; '.join(notes)}; measure within, or use the paper's model"
         )
     return given.where(kept), {"left_out": notes} if notes else {}
 
@@ -122,7 +122,7 @@ def _mm(length: float) -> str:
 
 
 def _said(given: Measurements, conditioned: Conditioning) -> dict[str, Any]:
-    """Return what the provenance tells of the conditioning, and of what was taken to be so."""
+    """Return the provenance's entry on the conditioning, with a note where something was assumed."""
     if given.conditioned is None:
         note = "not said by what was measured; taken as the largest stretch and depth in it"
     elif not conditioned.softens:
@@ -140,10 +140,10 @@ def _range(given: Measurements) -> Range:
 
 
 def _left_out(given: Measurements, conditioned: Conditioning) -> float:
-    """Return the rms relative error of the force on diameters between others, or on all where there are two, that a fit has not seen.
+    """Return the rms relative error of forces at diameters left out of the fit in turn: each between others, or each of two.
 
-    Depths count from the zero that the fit found, what noise adds is taken off, and outliers are left out. Where there is one
-    diameter, or no press is deep enough, it is what such models leave.
+    Depths count from the zero that the fit found, the variance of noise is subtracted, and outliers are left out. Where there is
+    one diameter, or no press is deep enough, it is the usual error of such models.
     """
     if len(given.diameters) < 2 or not (given.depth >= _TOLD).any():
         return _ALONE
@@ -162,7 +162,7 @@ def _left_out(given: Measurements, conditioned: Conditioning) -> float:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Parameters as they are fitted, and their covariance with those of the hand alone."""
+    """The hand's parameters as they are fitted, the first two as logarithms, and their covariance."""
 
     values: Array
     covariance: Array
@@ -194,7 +194,7 @@ class _Fit:
 
     @property
     def at_an_end(self) -> bool:
-        """Whether shear modulus or thickness stand at an end of what is allowed."""
+        """Whether shear modulus or thickness stands at an end of its bounds."""
         ends = [_BOUNDS[name] for name in PARAMETERS[:2]]
         return any(min(v - low, high - v) < _AT_END for v, (low, high) in zip(self.values, ends, strict=False))
 
@@ -207,7 +207,7 @@ class _Fit:
 
 
 class _Problem:
-    """Residuals of forces over their standard deviations, and of parameters over those of their priors."""
+    """Residuals of forces over their standard deviations, and of parameters over their priors' standard deviations."""
 
     def __init__(self, given: Measurements, conditioned: Conditioning) -> None:
         self.table = read_table()
@@ -234,7 +234,7 @@ class _Problem:
         return np.array([self.prior[n][1] for n in PARAMETERS] + self.offsets(1))
 
     def offsets(self, sds: float) -> list[float]:
-        """Return the offset of all depths, and those of each indenter, at so many standard deviations, m."""
+        """Return the offset common to all depths, and one for each indenter, at so many standard deviations, m."""
         return [COMMON_SD * sds] + [OFFSET_SD * sds] * len(self.indenters)
 
     def zero(self, offsets: Array, common_sd: float) -> DepthZero:
@@ -263,12 +263,12 @@ class _Problem:
 
 
 def at_an_end(name: str, value: float) -> bool:
-    """Tell whether a parameter stands at an end of what is allowed, so that the measurements may want it further."""
+    """Return whether a parameter stands at an end of its bounds, so that the measurements may want it further."""
     return value in BOUNDS[name]
 
 
 def _settled(values: Array) -> Array:
-    """Return values with those that stand at an end of what is allowed, but for rounding, at that end."""
+    """Return values where one that stands at an end of its bounds, but for rounding, is set to that end."""
     for k, name in enumerate(PARAMETERS):
         for end in _BOUNDS[name]:
             if abs(values[k] - end) < _SETTLED * _PRIOR[name][1]:

@@ -1,6 +1,6 @@
 """The table of a characterisation: forces of known indenters by stretch and depth, as a CSV file with units and provenance.
 
-The first line is `# stretch-characterization/1` and a JSON object of what the table comes from, the second the header; each
+The first line is `# stretch-characterization/1` and a JSON object of the table's provenance, the second the header; each
 other line is one press, blank where a column does not apply. A row is written whole, with its line end, or does not count.
 """
 
@@ -69,9 +69,9 @@ class Press(State):
 class Table:
     """A table by columns, each (n,), SI; `size` is a diameter, m, and for a cone an angle, rad.
 
-    `depth` is that of the hand past the first contact that the camera found after the indenter was mounted, at stretch 0, and
+    `depth` is how far the hand is past the first contact that the camera found after the indenter was mounted, at stretch 0, and
     `contact_height` the height of that contact: one error of height is common to all rows that share it. `force` is the mean of
-    readings along the hand's axis, `force_sd` its standard error with that of the zero.
+    readings along the hand's axis, `force_sd` its standard error, which includes the zero's.
     """
 
     provenance: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""What a membrane met before it was measured, on which its softening depends."""
+"""The presses of a membrane before it was measured, on which its softening depends."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ class Conditioning(NamedTuple):
         return f"conditioned to a stretch of {stretch} and a depth of {depth}"
 
     def to_json(self) -> dict[str, float]:
-        """Return what a table says of it, m."""
+        """Return the entry of a table's provenance, m."""
         return {name: round(value, _DIGITS) for name, value in self._asdict().items()}
 
     @classmethod
     def of(cls, provenance: Mapping[str, Any]) -> Conditioning | None:
-        """Return what the provenance of a table says, None where it says nothing.
+        """Return the conditioning in the provenance of a table, None where it has none.
 
         Raises
         ------
         InvalidInput
-            What it says is no stretch and depth.
+            The entry is no stretch and depth.
         """
         given = provenance.get(CONDITIONED)
         if given is None:

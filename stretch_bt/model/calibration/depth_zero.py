@@ -19,7 +19,7 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class DepthZero:
-    """What is to be added to measured depths, m: to all of them, with its standard deviation, and to those of each indenter.
+    """Offsets to add to measured depths, m: one to all of them, with its standard deviation, and one to each indenter's depths.
 
     `indenters` holds diameter and offset, m. An indenter that was not fitted has no offset of its own.
     """
@@ -36,13 +36,13 @@ class DepthZero:
         return replace(given, depth=np.where(given.depth > 0, np.maximum(given.depth + offset, 0.0), 0.0))
 
     def to_json(self) -> dict[str, Any]:
-        """Return what the file of a model says of it, m."""
+        """Return the entry of a model's file, m."""
         each = [{"diameter": d, "offset": round(own, _DIGITS)} for d, own in self.indenters]
         return {"common": round(self.common, _DIGITS), "common_sd": round(self.common_sd, _DIGITS), "indenters": each}
 
     @classmethod
     def of(cls, provenance: Mapping[str, Any]) -> DepthZero:
-        """Return what the provenance of a fitted model says, and 0 where the fit looks for no zero."""
+        """Return the offsets in the provenance of a fitted model, and 0 where the fit looks for no zero."""
         given = provenance.get(DEPTH_ZERO)
         if given is None:
             return cls(0.0, 0.0)

@@ -1,6 +1,6 @@
-"""What the tables of a run are written in: a line of what they come from, a header, and lines of numbers.
+"""The form of a run's tables: a line of provenance, a header, and lines of numbers.
 
-The first line is `# `, the format and a JSON object of what the table comes from, the second the header.
+The first line is `# `, the format and a JSON object of the table's provenance, the second the header.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Form:
         return f"{self._mark}{told}\n{','.join(self.columns)}\n"
 
     def provenance(self, lines: list[str], name: str) -> Mapping[str, Any]:
-        """Return what a table comes from, whose lines these are; `name` is how an error calls it.
+        """Return the provenance of the table with these lines; `name` is how an error calls it.
 
         Raises
         ------
         InvalidInput
-            The first two lines are not those of such a table.
+            Such a table does not begin with these two lines.
         """
         if not lines[0].startswith(self._mark):
             hint = f"name the file of a table that {self.tree} wrote"
@@ -83,7 +83,7 @@ def text_of(path: str | Path) -> str:
 
 
 def decoded(content: bytes, path: str | Path) -> str:
-    """Return the text of what a table's file holds; raises InvalidInput where it is none."""
+    """Return the content of a table's file as text; raises InvalidInput where it is none."""
     try:
         return content.decode()
     except UnicodeDecodeError:

@@ -78,7 +78,7 @@ class Measurements:
 
     @property
     def range(self) -> Range:
-        """What was measured: radius, stretch and depth, from no depth on."""
+        """The measured range of radius, stretch and depth, from no depth on."""
         return Range(
             (float(self.radius.min()), float(self.radius.max())),
             (float(self.stretch.min()), float(self.stretch.max())),
@@ -93,20 +93,20 @@ class Measurements:
                 f"{int(pressed.sum())} presses are too few to calibrate with; at least {_FEWEST} are needed"
             )
         if np.ptp(self.force) <= _STUCK:
-            raise IllConditioned("all forces are the same, as those of a stuck sensor; check the force sensor")
+            raise IllConditioned("all forces are the same, as from a stuck sensor; check the force sensor")
         depth, force = self.depth - self.depth.mean(), self.force - self.force.mean()
         if float(depth @ force) <= 0 and np.ptp(self.depth) > 0:
             raise IllConditioned("the force does not grow with depth; check the sign and the zero of the force sensor")
 
 
 def forces(model: ForceModel, given: Measurements) -> Array:
-    """Return (n,) float, N: what a model says of the presses, and of one too deep for it at the deepest."""
+    """Return (n,) float, N: the model's force at each press, and for a press too deep for it the force at its deepest."""
     rows = zip(given.radius, given.stretch, given.depth, strict=True)
     return np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in rows])
 
 
 def _together(values: Array) -> Array:
-    """Return values, m, of which those that lie within a millimetre of each other are their mean: what a gripper stood at."""
+    """Return values, m, where neighbours within a millimetre of each other are replaced by their mean: where a gripper stood."""
     order = np.argsort(values)
     group = np.concatenate([[0], np.cumsum(np.diff(values[order]) > _SAME)])
     means = np.bincount(group, values[order]) / np.bincount(group)

@@ -1,4 +1,4 @@
-"""Pictures of a calibration: forces with the model's curves, effective moduli, and what the model leaves."""
+"""Pictures of a calibration: forces with the model's curves, effective moduli, and residuals."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _CONE = math.radians(45.0)
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """One press: `size` is a diameter, m, or the angle of a cone, rad; `depth` is that of the hand past first contact, m."""
+    """One press: `size` is a diameter, m, or the angle of a cone, rad; `depth` is how far the hand is past first contact, m."""
 
     geometry: str
     size: float
@@ -27,12 +27,12 @@ class State:
 
     @property
     def indenter(self) -> tuple[str, float]:
-        """What is mounted."""
+        """Geometry and size of the mounted indenter."""
         return self.geometry, self.size
 
     @property
     def series(self) -> tuple[str, float, float, int]:
-        """What is the same in all presses of a trial."""
+        """Geometry, size, stretch and trial, the same in all presses of a trial."""
         return self.geometry, self.size, self.stretch, self.trial
 
 
@@ -70,8 +70,8 @@ _TO_60 = _mm(0, 10, 20, 30, 40, 50, 60)
 _TO_15 = _mm(*range(16))
 _FIVE = _mm(10, 15, 20, 25, 30)
 
-#: that of the StRETcH paper (arXiv 2105.08154); that of the shipped tasks: balloons are 60 mm across, dough is pressed at 80 mm; and the
-#: paper's flat cylinders, whose diameters are felt
+#: `paper` is the StRETcH paper's (arXiv 2105.08154); `tasks` is for the shipped tasks: balloons are 60 mm across, dough is pressed at
+#: 80 mm; `sensitivity` has the paper's flat cylinders, whose diameters are felt
 PROTOCOLS = {
     "paper": Protocol(_FIVE, _FIVE, (_CONE,), _TO_60, _TO_15, 5),
     "sensitivity": Protocol((), _FIVE, (), _TO_60, _TO_15[1:], 1),

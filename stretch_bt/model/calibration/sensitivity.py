@@ -1,6 +1,6 @@
 """The table of a sensitivity map: how large known flat cylinders look at each stretch and depth, as a CSV file.
 
-The first line is `# stretch-sensitivity/1` and a JSON object of what the table comes from, the second the header. Each press
+The first line is `# stretch-sensitivity/1` and a JSON object of the table's provenance, the second the header. Each press
 has a line for each of `METHODS`, in their order; all of them are written at once, or the press does not count.
 """
 
@@ -35,8 +35,8 @@ __all__ = [
 FORMAT = "stretch-sensitivity/1"
 #: how the table in the record of a run is called
 NAME = "contact_sensitivity.csv"
-#: `fit`: the joint fit of face and skirt to the contact; `paper_fit`: the same function on the paper's segmentation, told nothing else;
-#: `paper_width`: how wide the contact of the paper's segmentation is
+#: `fit`: the joint fit of face and skirt to the contact; `paper_fit`: the same function on the paper's segmentation, given nothing else;
+#: `paper_width`: the width of the contact in the paper's segmentation
 METHODS = ("fit", "paper_fit", "paper_width")
 COLUMNS = (
     "diameter_mm",
@@ -61,7 +61,7 @@ _FORM = Form(FORMAT, COLUMNS, _LEAST, "contact_sensitivity", "repair or remove i
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What a method made of a frame: widths along i and j with their standard deviations, m; or why it refused, then all are 0."""
+    """The finding of a method in a frame: widths along i and j with their standard deviations, m; or why it refused, then all are 0."""
 
     method: str
     i: float = 0.0
@@ -78,19 +78,19 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Sensed(State):
-    """A press and what each method found, in the order of `METHODS`; `time`, s, is of the run's clock."""
+    """A press and each method's finding, in the order of `METHODS`; `time`, s, is on the run's clock."""
 
     found: tuple[Found, ...]
     time: float
 
     def of(self, method: str) -> Found:
-        """Return what a method found."""
+        """Return the finding of a method."""
         return self.found[METHODS.index(method)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensitivity:
-    """A table: what it comes from, and its presses."""
+    """A table: its provenance, and its presses."""
 
     provenance: Mapping[str, Any]
     rows: tuple[Sensed, ...]
@@ -106,7 +106,7 @@ def first_lines(provenance: Mapping[str, Any]) -> str:
 
 
 def sensed_lines(press: Sensed) -> str:
-    """Return the lines of a press; numbers carry nine digits, and what was refused leaves its numbers blank."""
+    """Return the lines of a press; numbers carry nine digits, and a method that refused has blank numbers."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for found in press.found:

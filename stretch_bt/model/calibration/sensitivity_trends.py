@@ -1,4 +1,4 @@
-"""What a sensitivity map says: mean errors, where they are below a millimetre, and how they go with depth, stretch and diameter."""
+"""Figures of a sensitivity map: mean errors, where they are below a millimetre, and their trends with depth, stretch and diameter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stretch_bt.units import Estimate
 __all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "fine_share", "mean_error", "trend"]
 
 FINE = 1e-3  # m: an error below this is sub-millimetre
-_GRID = {"size": 1e-4, "stretch": 1e-3, "depth": 5e-4}  # m, to which measured places are rounded to tell them alike
+_GRID = {"size": 1e-4, "stretch": 1e-3, "depth": 5e-4}  # m; steps to which measured places are rounded, so that equal ones match
 ALONG = ("depth", "stretch", "size")
 
 
@@ -68,7 +68,7 @@ def cells_of(presses: Iterable[Sensed], method: str) -> list[Cell]:
 def mean_error(presses: Sequence[Sensed], method: str, least_depth: float = 0.0) -> Estimate:
     """Return the mean absolute error of diameters along i and j, m, with its standard error.
 
-    It is over presses of at least `least_depth`, m, or where none is so deep over the deepest; what was refused does not count.
+    It is over presses of at least `least_depth`, m, or where none is so deep over the deepest; refused presses do not count.
 
     Raises
     ------

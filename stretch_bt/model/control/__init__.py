@@ -1,1 +1,1 @@
-"""Control laws of the hand: where it goes next, by what it sees and feels."""
+"""Control laws of the hand: where it goes next, from its readings."""

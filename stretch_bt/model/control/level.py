@@ -1,13 +1,13 @@
-"""Keeping the force on what rolls under the hand."""
+"""Keeping the force on a lump that rolls under the hand."""
 
 from __future__ import annotations
 
 __all__ = ["LOST", "MOST_STEP", "PATIENCE", "STIFFNESS", "ForceKeeper"]
 
-STIFFNESS = 600.0  # N/m, above that of the hand on a lump, so that the height creeps to where the force is right
-MOST_STEP = 0.0015  # m by which it changes at once
-LOST = 0.1  # of the wanted force, below which at the greatest depth nothing is under the hand
-PATIENCE = 8  # steps in a row, those of a lap, after which it is gone
+STIFFNESS = 600.0  # N/m, above the stiffness of the hand on a lump, so that the height creeps to where the force is right
+MOST_STEP = 0.0015  # m; largest change of the height in one step
+LOST = 0.1  # part of the wanted force; with less at the greatest depth nothing is under the hand
+PATIENCE = 8  # steps in a row, a lap, after which it is gone
 
 
 class ForceKeeper:
@@ -23,7 +23,7 @@ class ForceKeeper:
         return self._missed >= PATIENCE
 
     def keep(self, wanted: float, felt: float, lowest: float) -> None:
-        """Go by what the hand felt, N, but never below `lowest`, m."""
+        """Move the height by the force that the hand felt, N, but never below `lowest`, m."""
         missed = self.height <= lowest and felt < LOST * wanted
         self._missed = self._missed + 1 if missed else 0
         if not self.is_lost:

@@ -13,7 +13,7 @@ MOST_STEPS = 24
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Where the hand goes next: a world height, m, or what ended the press: `thickness`, `force` or `depth`."""
+    """Where the hand goes next: a world height, m, or the reason why the press ended: `thickness`, `force` or `depth`."""
 
     height: float
     ended: str = ""
@@ -22,7 +22,7 @@ class Step:
 def next_step(top: float, thickness: float, hand: float, lowest: float, *, limited: bool, steps: int) -> Step:
     """Return the next step of a press that is to leave a top at a thickness over the table, m.
 
-    The hand at the height `hand`, m, goes down by what the top still has to fall, so that it comes to the thickness from above whatever
+    The hand at the height `hand`, m, goes down by the way that the top still has to fall, so that it comes to the thickness from above whatever
     share of the way the membrane takes; never below `lowest`, m. `limited` says that the force reached its limit in the last of `steps`.
     """
     over = top - thickness

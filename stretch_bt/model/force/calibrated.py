@@ -17,7 +17,7 @@ from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState"]
 
-SHALLOW = 5e-3  # m, below which the formula of Hertz is not that of a membrane
+SHALLOW = 5e-3  # m; at lesser depths a membrane does not follow the formula of Hertz
 MOST_SHALLOW = 100.0  # of `shallow_sd`
 
 _STIFF = 4 / 3 / (1 - 0.5**2)  # of a sphere on an incompressible half-space, as `hertz_force` has it
@@ -57,9 +57,9 @@ class CalibratedHertz(ForceModel):
     """The paper's model: E* a negative exponential in diameter at each stretch, a logarithm across stretches.
 
     E*(x) = p + q ln(1 + x / log_scale) is fitted by least squares to the states' E* at the sphere's diameter; the
-    force follows from the Hertz sphere. `relative_sd` is what the law itself leaves unexplained, as a part of the force; at depths
-    below 5 mm `shallow_sd` comes to it, times the square of how near to first contact a press is, 1 there and 0 at 5 mm: a membrane
-    that is pressed slightly follows another power of depth than the formula of Hertz.
+    force follows from the Hertz sphere. `relative_sd` is the residual of the law itself, as a part of the force; at depths below
+    5 mm the error `shallow_sd` (1 - depth / 5 mm)^2 is added to it in squares: a membrane that is pressed slightly follows another
+    power of depth than the formula of Hertz.
     """
 
     kind: ClassVar[str] = "calibrated_hertz"
@@ -72,7 +72,7 @@ class CalibratedHertz(ForceModel):
 
     def __post_init__(self) -> None:
         if len({state.stretch for state in self.states}) < 2:
-            raise InvalidInput("a calibration needs at least two different stretches, to tell how E* rises")
+            raise InvalidInput("a calibration needs at least two different stretches, to determine how E* rises")
         require_within("log_scale", self.log_scale, _LEAST_SCALE, _MOST_SCALE)
         require_within("relative_sd", self.relative_sd, 0.0, MOST_SD)
         require_within("shallow_sd", self.shallow_sd, 0.0, MOST_SHALLOW)

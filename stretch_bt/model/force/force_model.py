@@ -1,4 +1,4 @@
-"""What every force law of the hand offers, whatever stands behind it."""
+"""The interface of every force law of the hand, whatever stands behind it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS = {
 }
 #: the shipped calibration of the paper's model
 PAPER = "paper"
-#: name of what `fit_calibration` fitted in a run, and of the file that the record of the run keeps of it
+#: name of the model that `fit_calibration` fitted in a run, and of its file in the record of the run
 FITTED, FITTED_FILE = "fitted", "calibration.json"
 #: shipped models by name: the file, and the kind to read it as
 SHIPPED = {
@@ -47,12 +47,12 @@ SHIPPED = {
     "sheet": ("default_membrane", "sheet"),
 }
 _LENGTH = KINDS["Length"]
-#: m, that any range of a calibration file may reach
+#: m; largest end of each range in a calibration file
 MOST = {"radius": 1.0, "stretch": 0.2, "depth": 0.1}
-#: m, by which gripper and arm may stand off where they were sent
+#: m; tolerance of where gripper and arm stand, about where they were sent
 STRETCH_OFF, DEPTH_OFF = 1e-3, 2e-4
 _SAME = 1e-6
-#: what to do where a value lies outside the range, by its name and whether it is too large
+#: remedy for a value outside the range, by its name and whether it is too large
 _REMEDIES = {
     (
         "radius",
@@ -88,7 +88,7 @@ class Range:
                 raise InvalidInput(f"{name} {asked} is outside the calibrated range, {least} to {most}: {remedy}")
 
     def holds(self, radius: float, stretch: float, depth: float) -> bool:
-        """Tell whether a place lies inside, as far as arm and gripper stand where they are sent."""
+        """Return whether a place lies inside, within the tolerance of where arm and gripper stand."""
         check_numbers("in m", radius=radius, stretch=stretch, depth=depth)
         places = ((self.radius, radius, _SAME), (self.stretch, stretch, STRETCH_OFF), (self.depth, depth, DEPTH_OFF))
         return all(low - off <= value <= high + off for (low, high), value, off in places)
@@ -121,7 +121,7 @@ class ForceModel(ABC):
     range: Range
     relative_sd: float
     provenance: dict[str, Any]
-    #: what was measured, where the model also answers beyond
+    #: the measured range, where the model also answers beyond it
     measured: Range | None = None
 
     @abstractmethod
@@ -137,7 +137,7 @@ class ForceModel(ABC):
         """Return the stretch at which the force is this one; exact inverse of `predict`."""
 
     def in_range(self, radius: float, stretch: float, depth: float) -> bool:
-        """Tell whether forces were measured around there; the model may answer beyond, with a larger deviation."""
+        """Return whether forces were measured around there; the model may answer beyond, with a larger deviation."""
         return (self.measured or self.range).holds(radius, stretch, depth)
 
     def deepest(self, radius: float, stretch: float) -> float:
@@ -145,7 +145,7 @@ class ForceModel(ABC):
         return self.range.depth[1]
 
     def hang(self, stretch: float) -> Estimate | None:
-        """Return how far the free membrane hangs in its middle, m, at a stretch, m; None where the model knows nothing of it."""
+        """Return the sag of the free membrane in its middle, m, at a stretch, m; None where the model knows nothing of it."""
         return None
 
     @property
@@ -199,7 +199,7 @@ class ForceModel(ABC):
 
 
 def shipped(name: str) -> ForceModel:
-    """Return a shipped model: `paper`, or that of the twin's own hand, `membrane` by the table and `sheet` by solving.
+    """Return a shipped model: `paper`, or a model of the twin's own hand, `membrane` from the table and `sheet` by solving.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def _decode(text: str, kind: str | None = None) -> ForceModel:
 
 
 def model_of_kind(kind: str) -> type[ForceModel]:
-    """Return the class of a kind of model; what it needs is imported only now."""
+    """Return the class of a kind of model; its module is imported only now."""
     module, _, name = _KINDS[kind].partition(":")
     found: type[ForceModel] = getattr(import_module(module), name)
     return found
@@ -239,7 +239,7 @@ def require_force(force: float) -> None:
 
 @runtime_checkable
 class _Law(Protocol):
-    """What of a model is used: a class of the caller's own may have just that."""
+    """The part of a model that is used: a class of the caller's own needs no more."""
 
     range: Range
 
@@ -247,7 +247,7 @@ class _Law(Protocol):
 
 
 def check_model(model: object) -> None:
-    """Raise InvalidInput unless something tells forces, and where it does."""
+    """Raise InvalidInput unless an object predicts forces, and has a range."""
     if not isinstance(model, _Law):
         raise InvalidInput(
             f"model is a ForceModel, not {shown(model)[:80]}; `ForceModel.load` and `ForceModel.default` give one"

@@ -36,7 +36,7 @@ class Pressed(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LocalForces:
-    """Each reading's force, N, at its depth of the membrane, m, and the power by which it grows there: F (d / depth)^power."""
+    """Each reading's force, N, at its depth of the membrane, m, and the power with which it grows there: F (d / depth)^power."""
 
     depth: Array
     force: Array
@@ -71,7 +71,7 @@ def local_forces(model: ForceModel, radius: float, readings: Sequence[Pressed]) 
         if not (force > 0 and slope > 0):
             where = ", ".join(format_quantity(v, KINDS["Length"]) for v in (reading.stretch, depth))
             raise IllConditioned(
-                f"the force model's force does not grow with depth at stretch and depth {where}, so it tells no drop"
+                f"the force model's force does not grow with depth at stretch and depth {where}, so it gives no drop"
             )
         rows.append((depth, force, slope * depth / force, sd / force))
     return LocalForces(*np.array(rows).T)

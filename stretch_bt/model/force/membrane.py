@@ -1,4 +1,4 @@
-"""The membrane force model: what the solved sheet says, with the few numbers of a hand that a calibration finds."""
+"""The membrane force model: forces of the solved sheet, with the few parameters of a hand that a calibration finds."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 _SAME = 1e-6  # m
 _TENSE = 4e-3  # m of stretch, its mounts' included, from which a sheet hangs as a strip does, within 3 %
-_HANG_OFF = 0.05  # of a hang, that strip and density leave: an assumption
-# parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
-# top of what the covariance says, for what no sheet of the table has
+_HANG_OFF = 0.05  # relative error of a sag, from the strip's formula and the density: an assumption
+# relative errors of a force, for each factor e in diameter and in depth, and for each m of stretch past the measured range: an
+# assumption, on top of the covariance, for effects that no sheet of the table has
 _BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
 
 
@@ -40,9 +40,9 @@ _BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
 class MembraneModel(ForceModel):
     """The force of a hemisphere in the middle of the membrane, from presses of the finite-strain sheet (`MembraneTable`).
 
-    `covariance` (6, 6) is that of the parameters in the order of `Hand`; `relative_sd` is what the model leaves unexplained,
-    as a part of the force, and `conditioned` the stretch, m, up to which the membrane was pressed before. Within `range`, but beyond
-    what was `measured`, the deviation grows with how far beyond.
+    `covariance` (6, 6) has the parameters in the order of `Hand`; `relative_sd` is the residual of the model, as a part of the
+    force, and `conditioned` the stretch, m, up to which the membrane was pressed before. Within `range`, but beyond the `measured`
+    range, the deviation grows with the distance from it.
     """
 
     kind: ClassVar[str] = "membrane"
@@ -142,9 +142,9 @@ class MembraneModel(ForceModel):
         return Estimate(self.hand.mount_prestretch, math.sqrt(self.covariance[place][place]))
 
     def hang(self, stretch: float) -> Estimate | None:
-        """Return how far the free membrane hangs in its middle, m, at a stretch, m, with what the parameters' covariance says of it.
+        """Return the sag of the free membrane in its middle, m, at a stretch, m; its sd includes the parameters' covariance.
 
-        None for one that is all but slack, which hangs by what no strip tells.
+        None for a membrane that is all but slack, which does not hang as a strip does.
         """
         self.range.check(stretch=stretch)
         if self.hand.mount_prestretch + stretch < _TENSE:
@@ -156,7 +156,7 @@ class MembraneModel(ForceModel):
         return Estimate(told, math.sqrt(max(own, 0.0) + (_HANG_OFF * told) ** 2))
 
     def _beyond(self, radius: float, stretch: float, depth: float) -> tuple[float, ...]:
-        """Return what a force is off by, as parts of it, because radius, stretch and depth lie past what was measured."""
+        """Return the relative errors that a force has because radius, stretch and depth lie past the measured range."""
         if self._seen is None:
             return ()
         low, high, slack, tense, deep = self._seen
@@ -214,7 +214,7 @@ class MembraneModel(ForceModel):
 
     @cached_property
     def _seen(self) -> tuple[float, float, float, float, float] | None:
-        """Bounds of radius, stretch and depth within which nothing comes to the deviation, as `Range.holds` has them."""
+        """Bounds of radius, stretch and depth within which nothing is added to the deviation, as `Range.holds` has them."""
         if self.measured is None:
             return None
         (low, high), (slack, tense), (_, deep) = self.measured.radius, self.measured.stretch, self.measured.depth

@@ -1,4 +1,4 @@
-"""The numbers by which one hand differs from another, and what they do to the table of forces."""
+"""The parameters in which one hand differs from another, and their effect on the table of forces."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["BOUNDS", "PARAMETERS", "Hand"]
 Array = npt.NDArray[np.float64]
 
 GRAVITY = 9.81  # m/s^2
-_MIDDLE = 0.905  # of the hang of a strip, of a sheet 90 mm wide and 100 mm long
-_SOFTENED = 0.5  # of its stress, that the table's membrane has lost
+_MIDDLE = 0.905  # sag of a sheet 90 mm wide and 100 mm long, over a strip's
+_SOFTENED = 0.5  # part of its stress that the table's softened membrane has lost
 
 
 class Hand(NamedTuple):
-    """What a calibration finds of a hand: Pa, m, m, and three numbers without a unit.
+    """The parameters of a hand that a calibration finds: Pa, m, m, and three numbers without a unit.
 
-    `second_invariant` is the share of I2 in Mooney and Rivlin's energy, and `friction` that of the force which the table's
+    `second_invariant` is the share of I2 in Mooney and Rivlin's energy, and `friction` the share of the force which the table's
     coefficient of 0.5 adds. `softening` is the part of its stress that the membrane has lost where it was stretched much
     further before (Mullins).
     """
@@ -35,11 +35,11 @@ class Hand(NamedTuple):
 
     @property
     def tension(self) -> float:
-        """Shear modulus times thickness, N/m: what all forces are proportional to."""
+        """Shear modulus times thickness, N/m: all forces are proportional to it."""
         return self.shear_modulus * self.thickness
 
     def hang(self, stretch: float, conditioned: float) -> float:
-        """Return how far the free membrane hangs in its middle, m, at a stretch, m, after one to `conditioned`, m, softened it.
+        """Return the sag of the free membrane in its middle, m, at a stretch, m, after one to `conditioned`, m, softened it.
 
         A strip pulled along by s = (mu (1 - c) + mu c / l) (l - 1 / l^2) hangs by rho g l L^2 / 8 s, and so do the sides of the
         solved sheet, within 3 % from 4 mm of stretch on; its middle, which the clamps keep wide, by 0.905 of that.
@@ -68,7 +68,7 @@ class Hand(NamedTuple):
 
 
 PARAMETERS = Hand._fields
-#: least and most of each parameter of a hand: what lies beyond is no such membrane
+#: least and most of each parameter of a hand: beyond, it is no such membrane
 BOUNDS: dict[str, tuple[float, float]] = {
     "shear_modulus": (1e3, 1e7),
     "thickness": (2e-4, 0.02),

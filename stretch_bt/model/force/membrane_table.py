@@ -1,6 +1,6 @@
 """Forces of the solved sheet under hemispheres, as the data that a benchmark command made, and splines through them.
 
-A force is that of a membrane of 100 by 90 mm divided by shear modulus, thickness and a hundredth of the gauge, which leaves it a
+A force is the force on a membrane of 100 by 90 mm divided by shear modulus, thickness and a hundredth of the gauge, which leaves it a
 function of diameter, span and depth; the span is how far the clamps are apart past the gauge, mount pre-stretch and stretch together.
 Weight adds to it, and bending, Mooney's second invariant, friction and softening by earlier presses change the sum by a part.
 """
@@ -19,7 +19,7 @@ import numpy.typing as npt
 __all__ = ["Axis", "MembraneTable", "read_table"]
 
 Array = npt.NDArray[np.float64]
-_LEAST = 0.05  # of a force, that effects leave of it at least
+_LEAST = 0.05  # least part of a force that effects leave
 
 
 class Axis:
@@ -36,7 +36,7 @@ class Axis:
         self._before, self._past = ends[0], ends[1]
 
     def weights(self, at: float) -> Array:
-        """Return (places,) float: what each value counts at one place."""
+        """Return (places,) float: the weight of each value at one place."""
         places = self.places
         if at <= places[0]:
             return self._line(0, self._before, at)
@@ -72,10 +72,10 @@ class Axis:
 
 @dataclass(frozen=True)
 class MembraneTable:
-    """Arrays are (diameters, spans, depths); `force` is the logarithm of the force, the others are what effects do to it.
+    """Arrays are (diameters, spans, depths); `force` is the logarithm of the force, the others are the effects on it.
 
-    `deepest` (diameters, spans), m, is how deep a press has an equilibrium. `softening` (diameters, pasts, depths) is by how far
-    the span is past that at which the membrane was softened, of a membrane that has lost half of its stress.
+    `deepest` (diameters, spans), m, is how deep a press has an equilibrium. `softening` (diameters, pasts, depths) is of a
+    membrane that has lost half of its stress; `pasts`, m, are how far the span is past the span at which it was softened.
     """
 
     diameters: Array
@@ -123,7 +123,7 @@ class MembraneTable:
     ) -> Array:
         """Return (diameters, n, depths) float: the logarithm of the force at spans (n,), m, with the effects.
 
-        `share` is that of the second invariant, the others are over the table's own; `softened` is the span, m, up to which the
+        `share` is the share of the second invariant, the others are over the table's own; `softened` is the span, m, up to which the
         membrane was pressed before.
         """
         first, second = self._mooney

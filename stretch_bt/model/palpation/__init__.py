@@ -1,1 +1,1 @@
-"""What force and height say of the object, and where to press next."""
+"""Estimates of the object from force and height, and where to press next."""

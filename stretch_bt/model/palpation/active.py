@@ -32,10 +32,10 @@ __all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
 
 Array = npt.NDArray[np.float64]
 
-COUNTS = (8, 16, 32, 64)  # frames, of which a look may take one
+COUNTS = (8, 16, 32, 64)  # numbers of frames that a look may take
 FORCES = 10  # presses to choose from at each stretch
 STEP = 1e-5  # m, over which a slope is taken
-UNTOLD = 16  # frames that a press is looked at while the object's drop is not told yet
+UNTOLD = 16  # frames of a look while the object's drop is not significant yet
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,11 @@ class Costs:
             raise InvalidInput(f"costs need a speed and a time of a frame above 0, and no time below 0 s, got {self}")
 
     def most_by_stretching(self, count: int) -> float:
-        """Return the part of a variance per second, 1/s, that no press at another stretch exceeds, as it would be all of it."""
+        """Return a bound of the gain, 1/s, of a press at another stretch: all of the variance in the least time of such a look."""
         return 1 / max(self.change + self.settle + count * self.frame, 1e-9)
 
     def seconds(self, last: Pressed, plan: Plan | None, count: int) -> float:
-        """Return what going to a press, or staying, and looking at so many frames takes, s."""
+        """Return the time of going to a press, or staying, and looking at so many frames, s."""
         if plan is None:
             return count * self.frame
         away = abs(last.hand - plan.hand) / self.speed
@@ -66,7 +66,7 @@ class Costs:
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """What a look tells: sd of a height in one frame, what of it no averaging takes away, and that of the hand's place, m.
+    """Errors of a look: sd of a height in one frame, the sd that no averaging takes away, and the sd of the hand's place, m.
 
     `taken` frames were already averaged at the present press.
     """
@@ -87,7 +87,7 @@ class Choice:
     """The next look. `press` is None where the hand stays where it is.
 
     `gain` is the part of the variance of the stiffness that the look should take away, per second, 1/s;
-    `relative_sd` what then is left of its standard deviation, as a part of the stiffness.
+    `relative_sd` the standard deviation that is then left, as a part of the stiffness.
     """
 
     press: Plan | None
@@ -114,30 +114,30 @@ def next_look(
     """Return the look that takes most off the variance of the stiffness per second, or None where none takes off enough.
 
     Force over drop has the relative variance r C r' + f^2, C the fit's covariance of q = (top, compliance, power, stiffening), r the derivative of
-    its logarithm by q, and f what the force model and the radius are off by, which no look changes. A look at a press whose height
-    changes with q by a, and which is off by s, leaves C - C a' a C / (s^2 + a C a'). To choose from are the present press and, at each
-    stretch from it on, forces from three standard deviations above the last one's to where the fit is still trusted. What the hand's
-    place and the model are off by at a press is the same in all looks at it: staying tells of the frames' noise alone.
+    its logarithm by q, and f the error of the force model and the radius, which no look changes. A look at a press whose height
+    has the derivative a by q and the sd s leaves C - C a' a C / (s^2 + a C a'). The choices are the present press and, at each
+    stretch from it on, forces from three standard deviations above the last one's to where the fit is still trusted. The errors of the
+    hand's place and of the model at a press are the same in all looks at it: staying reduces the frames' noise alone.
 
-    While the object's drop is not told, the next press is that of `next_press`, looked at for 16 frames or the nearest number there is.
+    While the object's drop is not significant, `next_press` chooses the press; the look takes 16 frames or the nearest of `counts`.
 
     Parameters
     ----------
     model, radius, fit, last, limits
         As in `next_press`.
     drop
-        At which the stiffness is to be told, m; no press is sent to where the object may drop twice as far.
+        Drop at which the stiffness is wanted, m; no press is sent to where the object may drop twice as far.
     counts
         Numbers of frames to choose from.
     least
         Part of the variance per second, 1/s, below which a look is not worth its time.
     at_press
-        Whether the stiffness at the last press is meant, whichever that then is, and not that at `drop`.
+        Whether the stiffness is wanted at the last press, whichever that then is, and not at `drop`.
 
     Raises
     ------
     IllConditioned
-        The drop is not told, and nothing within the limits presses harder.
+        The drop is not significant, and nothing within the limits presses harder.
     InvalidInput
         A number is not finite or has the wrong sign.
     """
@@ -182,7 +182,7 @@ def _of_logarithm(fit: Series, drop: float) -> Array:
 def _presses(
     model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits, choice: list[float]
 ) -> list[Plan]:
-    """Return presses at some stretches within the limits, each harder than the last one by what that may be off."""
+    """Return presses at some stretches within the limits, each harder than the last by three standard deviations or more."""
     found = []
     most = hardest_trusted(fit, drop, limits.force)
     for stretch in choice:
@@ -195,7 +195,7 @@ def _presses(
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """A press: how its height (4,) and the logarithm of force over drop there (4,) change with q, and what all looks are off by, m."""
+    """A press: derivatives of its height (4,) and of the logarithm of force over drop (4,) by q, and the error common to all looks, m."""
 
     plan: Plan | None
     row: Array
@@ -211,7 +211,7 @@ def _view(model: ForceModel, radius: float, fit: Series, last: Pressed, plan: Pl
     steep = drop * slope / (force * power)
     row = np.array([1.0, *-by_law[0]]) / (1 + steep)
     secant = slope / force * row - (np.eye(LAW)[0] - row) / drop
-    gain = steep / (1 + steep)  # of the top's height by the hand's: what is seen is the one less the other
+    gain = steep / (1 + steep)  # derivative of the top's height by the hand's: a look measures their difference
     by_model = drop * model_sd / force / power * (1 - gain)
     return _View(plan, row, secant, math.hypot(looks.fixed, looks.robot * (1 - gain), by_model))
 
@@ -225,14 +225,14 @@ def _slope(model: ForceModel, radius: float, stretch: float, depth: float) -> tu
 
 
 def _spread(fit: Series, slopes: Array) -> float:
-    """Return the relative variance of what changes with q like this."""
+    """Return the relative variance of a quantity whose logarithm has these derivatives by q."""
     return float(slopes @ fit.covariance @ slopes) + fit.force_sd**2
 
 
 def _weighed(
     fit: Series, before: float, target: Array | None, view: _View, last: Pressed, costs: Costs, looks: Looks, count: int
 ) -> Choice:
-    """Return a look with what it takes off the variance there was before."""
+    """Return a look with its reduction of the variance that there was before."""
     slopes = view.secant if target is None else target
     noise = max(fit.chi2, 1.0) * _variance(view.alike, looks, view.plan is None, count)
     told = fit.covariance @ view.row
@@ -242,7 +242,7 @@ def _weighed(
 
 
 def _variance(alike: float, looks: Looks, stays: bool, count: int) -> float:
-    """Return the variance, m^2, that a look's height has beside what is known already of a press."""
+    """Return the variance, m^2, that a look's height has beside the frames already taken at its press."""
     own = looks.frame**2
     if not (stays and looks.taken > 0):
         return alike**2 + own / count

@@ -1,4 +1,4 @@
-"""Gauss-Newton for the curve of an object that carries what the membrane carries."""
+"""Gauss-Newton for the curve of an object that carries the same force as the membrane."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Array = npt.NDArray[np.float64]
 
 STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
-STANDS = 1e-9  # m, below which a hand that stands off where it was sent makes no difference
+STANDS = 1e-9  # m; a smaller sd of where the hand stands makes no difference
 ROUNDS = 40
 SETTLED = 1e-12  # m
 LAW = 4  # how many of q are of top and law
 PURE = [2, 3]  # of them without a unit: power and stiffening
-LEFT = 0.1  # standard deviations by which an answer may still be on its way
+LEFT = 0.1  # standard deviations; largest last step of a settled answer
 
 
 def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
@@ -39,8 +39,8 @@ def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
 class Balance:
     """The fit over q = (top, compliance, power, stiffening, and by how much the hand stands above where it was sent at each press).
 
-    What a reading gives is a depth of the membrane below the hand, and so the height of the top only as far as the hand's is known:
-    the height told is that of the force balance less what the hand stands off.
+    A reading measures a depth of the membrane below the hand, and so the height of the top only as far as the hand's is known:
+    the reported height is the height in force balance less the distance that the hand stands off.
     """
 
     def __init__(
@@ -116,15 +116,15 @@ class Balance:
         return height, rows / (1 + slope)[:, None]
 
     def depths(self, rows: Array) -> Array:
-        """Return the derivatives by q of the membrane's depths, and of the heights told (n, 4 + presses), from those of the heights."""
+        """Return the derivatives by q of the membrane's depths, and of reported heights (n, 4 + presses), from the heights' derivatives."""
         return rows - np.pad(self.of_press, ((0, 0), (LAW, 0)))
 
     def sd_along(self, row: Array) -> float:
-        """Return the standard deviation of what changes with q like this."""
+        """Return the standard deviation of a quantity with these derivatives by q."""
         return float(np.sqrt(max(float(row @ self.covariance @ row), 0.0)))
 
     def _drop(self, depth: Array, law: ObjectLaw) -> tuple[Array, Array, Array]:
-        """Return the object's drop under the force at each depth (n,), its derivative by depth, and those by the law (n, 3)."""
+        """Return the object's drop under the force at each depth (n,), its derivative by depth, and its derivatives by the law (n, 3)."""
         force, slope = self.forces.at(depth)
         pressed = force > 0
         share = np.where(pressed, np.maximum(force, 1e-300), self.forces.force[-1]) / self.forces.force[-1]
@@ -133,14 +133,14 @@ class Balance:
         return np.where(pressed, drop, 0.0), np.where(pressed, steep, 0.0), np.where(pressed[:, None], rows, 0.0)
 
     def _weights(self, height: Array, rows: Array) -> Array:
-        """Return the sd of each reading beside the curve, with that of the model's forces."""
+        """Return the sd of each reading about the curve, which includes the error of the model's forces."""
         drop = np.abs(self.q[0] + self.level - height)
         exponent = np.maximum(self.q[2] + self.q[3] * drop / MM, 0.1 * self.q[2])
         sd: Array = np.hypot(self.sd, drop * self.forces.relative_sd / exponent * rows[:, 0])
         return sd
 
     def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
-        """Return the weighted design and what is left over, the priors of power, top and the hand's places among them."""
+        """Return the weighted design and the residuals, the priors of power, stiffening, top and the hand's places among them."""
         priors = [(k, prior.value, prior.sd) for k, prior in zip(PURE, (self.power, self.stiffening), strict=True)]
         if self.top is not None:
             priors.append((0, self.top.value - self.level, self.top.sd))

@@ -33,7 +33,7 @@ class ObjectLaw:
 
     @property
     def bend(self) -> float:
-        """What stiffening adds to the exponent at the reference."""
+        """The part of the exponent that stiffening adds at the reference."""
         return max(self.stiffening * self.compliance / MM, SOFTEST * self.power)
 
     def deflection(self, log_force: Array) -> tuple[Array, Array, Array]:

@@ -28,17 +28,17 @@ __all__ = [
     "stretches",
 ]
 
-MARGIN = 3.0  # standard deviations by which the next force exceeds the last
-PAST = 0.5  # standard deviations by which the planned drop exceeds the wanted one
-TOO_FAR = 2.0  # times the wanted drop that the planned press stays below, by two standard deviations
-GROWTH = 6.0  # times the last force that the next one is at most
-RATIO = 0.01  # by which the model's ratio of forces at two stretches is off
-SPARE = 0.9  # of the largest force, which is planned for: a model is off by some per cent, and so is a wrench
+MARGIN = 3.0  # standard deviations from the last force to the next, at least
+PAST = 0.5  # standard deviations from the wanted drop to the planned one
+TOO_FAR = 2.0  # times the wanted drop; the planned drop stays two standard deviations below this
+GROWTH = 6.0  # times the last force, the most that the next one is
+RATIO = 0.01  # relative error of the model's ratio of forces at two stretches
+SPARE = 0.9  # part of the largest force that is planned for: a model is off by some per cent, and so is a wrench
 STEP = 1e-5  # m
 INSIDE = (
-    5e-4  # m, by which a press stays above the deepest that the model knows, so that what is read there lies within
+    5e-4  # m; distance of a press from the deepest that the model knows, so that its readings lie within the range
 )
-CLOSE = 1e-4  # of a force, to which the hardest press is found
+CLOSE = 1e-4  # relative tolerance of the hardest press's force
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class NoHarderPress(IllConditioned):
 
 
 def check_asked(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> None:
-    """Raise InvalidInput for what is no model, fit, reading or limits, or no number."""
+    """Raise InvalidInput for an argument that is no model, fit, reading or limits, or no number."""
     check_model(model)
     check_numbers("in m", radius=radius, drop=drop)
     check_kind("fit", fit, Series, "`fit_series` makes one")
@@ -95,13 +95,13 @@ def next_press(
     *,
     needed: float | None = None,
 ) -> Plan:
-    """Return the press at which the fit says that the object's drop, m, will be passed, or the nearest that is allowed.
+    """Return the press at which the object passes a drop, m, by the fit, or the nearest press that is allowed.
 
-    The force aimed at is the least whose drop exceeds the wanted one by half a standard deviation of the fit there; it stays
-    below that at which the object, if softer by two standard deviations, would drop twice as far, and above the last force by three
-    standard deviations of what the force may be off. The present stretch is kept while that force is within reach; else the least further
-    stretch, in whole steps, is taken at which it is, or failing that the hardest press there is. `needed`, m, is the deflection that is
-    asked for at least, which the error names.
+    The force aimed at is the least whose drop exceeds the wanted one by half a standard deviation of the fit there. It stays below
+    the force at which the object, if softer by two standard deviations, would drop twice as far, and exceeds the last force by three
+    standard deviations of their difference. The present stretch is kept while that force is within reach; else the least further
+    stretch, in whole steps, is taken at which it is, or failing that the hardest press there is. `needed`, m, is the least deflection
+    that is asked for, which the error names.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def next_press(
 
 
 def _aim(fit: Series, drop: float, most: float) -> float:
-    """Return the force, N, at which the fit says the drop will be passed, as far as that may be trusted."""
+    """Return the force, N, at which the object passes the drop by the fit, as far as the fit may be trusted."""
     forces, expected = _ahead(fit)
     passing = [i for i, e in enumerate(expected) if e.value - PAST * e.sd >= drop]
     last = _furthest(expected, drop)
@@ -161,7 +161,7 @@ def stretches(now: float, limits: Limits) -> list[float]:
 
 
 def off_by(model: ForceModel, radius: float, fit: Series, last: Pressed, stretch: float) -> float:
-    """Return by how much the force at a stretch may be off that at the last press, N, when both should be one."""
+    """Return the standard deviation, N, of a force at a stretch less the force at the last press, when both should be one."""
     depth = fit.height.value - last.hand
     here = _slope(model, radius, last.stretch, depth)
     try:
@@ -196,7 +196,7 @@ def press_at(
 
 
 def _hardest(model: ForceModel, radius: float, fit: Series, last: Pressed, limits: Limits) -> Plan | None:
-    """Return the hardest press within the limits, or None where it is not harder than the last one by what that may be off."""
+    """Return the hardest press within the limits, or None where it is not harder than the last one by three standard deviations."""
     found: Plan | None = None
     for stretch in stretches(last.stretch, limits):
         low = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)

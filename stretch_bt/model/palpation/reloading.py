@@ -21,8 +21,8 @@ __all__ = ["left_behind", "of_first_loading", "reloads"]
 
 R = TypeVar("R", bound=Pressed)
 
-CLEAR = 3.0  # standard deviations by which a force must lie below an earlier one to count as less
-LOST = 3.0  # standard deviations by which a top must stand lower to have been left behind
+CLEAR = 3.0  # standard deviations; a force that lies this far below an earlier one counts as less
+LOST = 3.0  # standard deviations; a top that stands this much lower was left behind
 
 
 def of_first_loading(
@@ -34,10 +34,10 @@ def of_first_loading(
     robot_sd: float,
     kind: Callable[[R], object] = type,
 ) -> tuple[list[R], Series]:
-    """Return the readings without those of an object that did not come back as it went, and the curve that `fit` gives them.
+    """Return the readings of first loading and their curve by `fit` where the object did not come back as it went, else all readings.
 
     `series` is the curve of all; where too few are of first loading to have one of their own, it stays. Readings of another `kind` than
-    the latest of first loading are not held against it.
+    the latest of first loading are not compared with it.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def reloads(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> np
 def left_behind(
     loading: Series, model: ForceModel, radius: float, readings: Sequence[Pressed], robot_sd: float
 ) -> Estimate:
-    """Return by how much readings stand below the curve of first loading, m: what settled, softened or slid there.
+    """Return by how much readings stand below the curve of first loading, m: the object settled, softened or slid there.
 
     The error of the curve and the hand's place count once for all readings; their own noise grows with the scatter about the curve.
     """

@@ -23,10 +23,10 @@ Array = npt.NDArray[np.float64]
 
 #: exponent of an object's force law at slight deflections: a spring 1, filled balloons 1.17 to 1.25, an elastic ball 1.5
 POWER = Estimate(1.3, 0.3)
-#: by which the exponent grows with each millimetre: filled balloons 0.1 to 0.2, springs and elastic balls 0
+#: growth of the exponent with each millimetre of drop: filled balloons 0.1 to 0.2, springs and elastic balls 0
 STIFFENING = Estimate(0.03, 0.06)
-ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
-SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
+ROBOT = 5e-5  # m; standard deviation of where the hand stands about where it was sent, from press to press
+SIGNIFICANT = 3.0  # standard deviations; only a drop that exceeds 0 by more carries a stiffness
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +41,11 @@ class TopReading:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """What the readings say of the object: its law (`ObjectLaw`), and where the last press stands on that.
+    """The object as the readings show it: its law (`ObjectLaw`), and where the last press stands on that.
 
-    `top` is the height of the undeformed top, `height` that of the top at the last press, `drop` the one less the other;
-    `force` is that on the object at the last press, by the force model; its sd holds those of the model, the radius and all heights alike.
+    `top` is the height of the undeformed top, `height` the height of the top at the last press, `drop` their difference;
+    `force` is the force on the object at the last press, by the force model; its sd includes the errors of the model, the radius and
+    all heights alike.
     """
 
     top: Estimate
@@ -54,11 +55,11 @@ class Series:
     power: Estimate
     together: float  # correlation of the errors of force and drop
     secant: Estimate  # force over drop at the last press, N/m; infinite where there is no drop
-    chi2: float  # of the readings, over their number less that of the unknowns; 1 where they scatter as they say
+    chi2: float  # of the readings, over the degrees of freedom; 1 where they scatter as they say
     compliance: Estimate  # drop at the force of the last reading, m
     reference: float  # that force, N
-    force_sd: float  # of force, as a part of it, from the model, the radius and what all heights share
-    stiffening: Estimate  # by which the power grows with each millimetre of drop
+    force_sd: float  # relative sd of force, from the model, the radius and the error that all heights share
+    stiffening: Estimate  # growth of the power with each millimetre of drop
     covariance: Array  # (4, 4) of top, compliance, power and stiffening
 
     @property
@@ -83,7 +84,7 @@ class Series:
         return Estimate(force.value / drop, math.hypot(force.sd, force.value * self.force_sd) / drop)
 
     def force_at(self, drop: float) -> Estimate:
-        """Return the force, N, at a drop, m; its sd is that of the readings alone, the force model taken as right."""
+        """Return the force, N, at a drop, m; its sd is from the readings alone, the force model taken as right."""
         if not (is_number(drop) and drop > 0):
             raise InvalidInput(f"drop must be finite and above 0 m, not {shown(drop)[:80]}")
         self._require_drop()
@@ -110,7 +111,7 @@ class Series:
         return float(drops[0]), by_law[0]
 
     def _sd_along(self, row: Array) -> float:
-        """Return the standard deviation of what changes with the law like this; rounding may leave less than none."""
+        """Return the standard deviation of a quantity with these derivatives by top and law; rounding may make a variance negative."""
         return math.sqrt(max(float(row @ self.covariance @ row), 0.0))
 
     def _require_drop(self) -> None:
@@ -118,7 +119,7 @@ class Series:
             raise IllConditioned(self.too_little())
 
     def too_little(self) -> str:
-        """Return the words that say how little the object gave way, and what that says of it."""
+        """Return the words that say how little the object gave way, and its least stiffness."""
         lost, error = (format_quantity(v, KINDS["Length"]) for v in (self.drop.value, self.drop.sd))
         most = max(self.drop.value, 0.0) + 2 * self.drop.sd
         least = format_quantity(self.force.value / most, KINDS["Stiffness"]) if most > 0 else "infinite"
@@ -139,13 +140,13 @@ def fit_series(
     robot_sd: float = ROBOT,
     common_sd: float = 0.0,
 ) -> Series:
-    """Fit the object's curve of force over drop to readings of its top; the last one is that of the present press.
+    """Fit the object's curve of force over drop to readings of its top; the last one is of the present press.
 
     Membrane and object carry the same force: F_model(stretch, h - hand) = F_object(top - h), the latter by `ObjectLaw`. Each reading's
     height h follows from that for the unknown top, compliance, power and stiffening, which Gauss-Newton finds with the weights
     1 / (sd^2 + (drop dF/F / exponent)^2), dF the model's own sd; `power` and `stiffening` are priors.
     At each press the hand stands above or below where it was
-    sent by an unknown of its own, whose prior is 0 with `robot_sd`: the depth that a camera on the hand sees is as it is, and the height told
+    sent by an unknown of its own, with prior 0 and sd `robot_sd`: the depth that a camera on the hand measures is right, and the height computed
     from it is off by that. A factor common to all forces leaves the drops as they are. Where readings scatter more than they say, all sds
     grow by the root of chi2.
 
@@ -154,13 +155,13 @@ def fit_series(
     model, radius
         The hand's force law, and the radius of the sphere in contact, m.
     readings
-        In the order they were taken, which tells which are of one press; one that is above its hand by nothing counts for the top alone.
+        In the order they were taken, so that all of one press follow each other; one that is not above its hand counts for the top alone.
     top
-        The height of the undeformed top, where something else knows it.
+        The height of the undeformed top, where it is known otherwise.
     robot_sd
-        By how much the hand stands off where it was sent, m, from press to press.
+        Standard deviation of where the hand stands about where it was sent, m, from press to press.
     common_sd
-        By how much all heights may be off alike, m: that changes the force, and not the drop. What `top` and `height` state is without it.
+        Standard deviation of the error that all heights share, m: it changes the force, and not the drop. `top` and `height` leave it out.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def fit_series(
 
 
 def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance, common_sd: float) -> Series:
-    """Return what the fit says at the last reading's pose."""
+    """Return the fit at the last reading's pose."""
     heights, rows = fit.curve(fit.q)
     height, row, sunk = float(heights[-1]), rows[-1], fit.depths(rows)[-1]
     depths = heights - fit.hand - fit.off
@@ -220,7 +221,7 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
 def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:
     if top is None and (presses_of(readings)[-1] == 0 or np.ptp(force) <= 1e-3 * force.max()):
         raise IllConditioned(
-            "readings of one press or at one force do not tell how far the object gives way; press at two or more"
+            "readings of one press or at one force do not show how far the object gives way; press at two or more"
         )
 
 
@@ -248,7 +249,7 @@ def _check(
 
 
 def _check_readings(readings: Sequence[Pressed]) -> None:
-    """Refuse what is no list of readings, and readings that are not finite."""
+    """Refuse an input that is no list of readings, and readings that are not finite."""
     try:
         values = np.array([(r.stretch, r.hand, r.height, r.sd) for r in readings], dtype=float)
     except (TypeError, ValueError, AttributeError):

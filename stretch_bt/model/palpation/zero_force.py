@@ -16,16 +16,16 @@ __all__ = ["HERTZ", "drop_power", "undeformed_height"]
 
 Array = npt.NDArray[np.float64]
 
-#: power of the depth by which a linear object gives way under a Hertzian membrane
+#: power p of a linear object's drop ~ depth^p under a Hertzian membrane
 HERTZ = Estimate(1.5, 0.0)
-# Power of the depth by which the force of the sheet on spheres of 40 and 50 mm grows between 2 and 6 mm, by the strain of the free sheet:
+# Power p of the sheet's force ~ depth^p on spheres of 40 and 50 mm, between 2 and 6 mm, by the strain of the free sheet:
 # `stretch-bt press --indenter sphere:50mm --stretch 14mm --depth 4mm`. A slack one has 3, a drum 1.
 STRAINS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 POWERS = (3.1, 1.8, 1.67, 1.54, 1.46, 1.4, 1.34, 1.29)
 
 
 def drop_power(strain: Estimate, power: Estimate) -> Estimate:
-    """Return the power of the depth by which an object gives way under a membrane of a strain, whose force is a `power` of its deflection.
+    """Return the power p of an object's drop ~ depth^p under a membrane of a strain; the object's force is a `power` of its deflection.
 
     Raises InvalidInput where a number is not finite, a deviation is below 0 or the power is not above 0.
     """
@@ -43,7 +43,7 @@ def undeformed_height(
     """Extrapolate the height of the object's top to zero force, m.
 
     The object gives way by a power of the membrane's depth, so height = h0 - c depth^power with c at least 0, fitted by weighted least
-    squares. The standard deviation is that of the fit with c free of its bound, with half of what the height changes between the
+    squares. The standard deviation is from the fit with c free of its bound, with half of the height's change between the
     power less and plus its deviation; where the bound holds, as for rigid objects, it is at most 1.4 times too large.
 
     Parameters
@@ -56,7 +56,7 @@ def undeformed_height(
     sds
         (n,) float, m: standard deviation of each height, above 0.
     power
-        Above its standard deviation, by which what an object gives way grows with the depth; see `drop_power`.
+        Power of depth with which the object's drop grows, above its standard deviation; see `drop_power`.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _extrapolated(depth: Array, height: Array, sd: Array, power: float) -> Estim
     except np.linalg.LinAlgError:
         covariance = np.zeros((2, 2))
     if not covariance[0, 0] > 0:
-        raise IllConditioned("the readings do not tell the height at no force; press at depths further apart")
+        raise IllConditioned("the readings do not determine the height at no force; press at depths further apart")
     value = h0 / scale[0] if c >= 0 else float(np.average(height, weights=sd**-2))
     return Estimate(float(value), math.sqrt(covariance[0, 0]) / float(scale[0]))
 
@@ -101,7 +101,7 @@ def _check(depth: Array, height: Array, sd: Array) -> None:
         raise InvalidInput("depths must be at least 0 m and sds above 0 m")
     if not depth.size:
         raise IllConditioned(
-            "there is no reading of the top, so that no height can be told; press at two depths or more"
+            "there is no reading of the top, so that no height can be found; press at two depths or more"
         )
     if depth.size < 2:
         raise IllConditioned("one reading cannot be extrapolated to zero force; press at two depths or more")

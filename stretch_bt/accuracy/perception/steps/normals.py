@@ -1,4 +1,4 @@
-"""Normals: the angle to those of the noise-free surface, over the width of the Gaussian."""
+"""Normals: the angle to the normals of the noise-free surface, over the width of the Gaussian."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Filled balloons and the caps that they stand out of their cups as."""
+"""Filled balloons, and the caps of them that stand out of their cups."""
 
 from stretch_bt.hardcases.domains.balloons import caps, objects, responses
 

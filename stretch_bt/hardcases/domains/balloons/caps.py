@@ -68,7 +68,7 @@ def _derivative_error(fill: str) -> float:
 
 
 def _work(hand: float) -> tuple[float, float]:
-    """Return the energy stored over the work of the hand, and the slope told over that of the forces, around 2 mm."""
+    """Return the energy stored over the work of the hand, and the slope of the forces over the stated slope, around 2 mm."""
     cap, step = _cap(hand=hand), 2e-6
     middle = cap.press(2e-3)
     low, high = cap.press(2e-3 - step, middle), cap.press(2e-3 + step, middle)
@@ -101,13 +101,13 @@ def _there_and_back() -> float:
 
 
 def _own_units() -> float:
-    """Return the force of a cap over that of one of radius and pressure 1, in its units."""
+    """Return the force of a cap over the force of a cap of radius and pressure 1, in its units."""
     other = Cap(1.0, 1.0, hand=HAND * RADIUS / PRESSURE)
     return _cap().press(0.05 * RADIUS).force / (PRESSURE * RADIUS**2) / other.press(0.05).force
 
 
 def _errors_of_the_mesh(drop: float) -> list[float]:
-    """Return the errors of forces on 24, 48, 96 and 192 elements against what they tend to."""
+    """Return the errors of forces on 24, 48, 96 and 192 elements against their limit."""
     forces = [_cap(elements=n).press(drop).force for n in (24, 48, 96, 192)]
     right = forces[-1] + (forces[-1] - forces[-2]) / 3
     return [abs(force / right - 1) for force in forces]
@@ -131,7 +131,7 @@ def _a_sphere(found: tuple[list[float], list[float]]) -> bool:
 
 
 def _between_rows(kappa: float) -> list[float]:
-    """Return the force of the table over that of the solver, between its rows."""
+    """Return the force of the table over the force of the solver, between its rows."""
     cap, found = read_table().at(kappa), []
     coarse, fine = (Cap(1.0, 1.0, hand=kappa, elements=n) for n in (96, 192))
     a = b = None
@@ -142,7 +142,7 @@ def _between_rows(kappa: float) -> list[float]:
 
 
 def _softened_by_gas(beta: float) -> list[float]:
-    """Return what the table says that a gas takes off a force over what the solver finds."""
+    """Return the force on a gas by the table over the force by the solver."""
     cap, gas, found = read_table().at(2.0), Gas(cap_volume(1.0), 1.0, 2 / beta - 1), []
     for drop in (0.05, 0.12):
         liquid, soft = (Cap(1.0, 1.0, hand=2.0, filling=f, elements=96).press(drop).force for f in (Liquid(), gas))

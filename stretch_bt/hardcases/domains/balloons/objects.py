@@ -63,13 +63,13 @@ def _slack(fill: str) -> tuple[Any, float]:
 
 
 def _standing(fill: str, drop: float, pressure: str = "4 kPa") -> Any:
-    """Return what stands after a drop, as a part of its limit, or of its radius without pressure."""
+    """Return the standing shape after a drop, given as a part of its limit, or of its radius without pressure."""
     spec = _balloon(fill, pressure)
     return _specimen(spec, "flattening", "latex_softening").standing(None, drop * spec.limit)
 
 
 def _flattened(fill: str) -> list[float]:
-    """Return the radius of the top over that of the balloon, after 0, 0.5, 1.5 and 4 mm; first where nothing flattens."""
+    """Return whether the top keeps its shape without the effect, and its radius over the balloon's after 0, 0.5, 1.5 and 4 mm."""
     spec = _balloon(fill)
     kept, flat = _specimen(spec), _specimen(spec, "flattening")
     unchanged = float(kept.standing(None, SECANT_DROP).body == spec.body())
@@ -82,12 +82,12 @@ def _flattens(found: list[float]) -> bool:
 
 
 def _secant_of(model: str) -> float:
-    """Return the stiffness at 1.5 mm of a model over that of the table."""
+    """Return the stiffness at 1.5 mm of a model over the stiffness of the table."""
     return _balloon(model=model).secant() / _balloon().secant()
 
 
 def _past_the_limit() -> float:
-    """Return the force of the solver's law past its limit over that of a power law through it."""
+    """Return the force of the solver's law past its limit over the force of a power law through it."""
     spec = _balloon(model="axisymmetric", elements=24)
     force, slope = spec.skin(spec.limit)
     return float(spec.skin(1.2 * spec.limit)[0] / (force * 1.2 ** (slope * spec.limit / force)))
@@ -100,7 +100,7 @@ def _pressed_seeds() -> tuple[float, tuple[float, ...], float]:
 
 
 def _fast_pudding() -> float:
-    """Return the force of a sudden press over that of one at rest."""
+    """Return the force of a sudden press over the force at rest."""
     spec = _balloon("pudding")
     thing = _specimen(spec, "viscosity")
     return float(thing.law(thing.start(), 0.0)(SECANT_DROP)[0] / spec.law(SECANT_DROP)[0])
@@ -163,7 +163,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "each model of a skin must tell the same at the drop that palpation asks for",
+        "each model of a skin must give the same stiffness at the drop that palpation asks for",
         {
             f"model {model}": (
                 partial(_secant_of, model),
@@ -187,7 +187,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "an effect that the fill cannot have would be a promise",
+        "a scene must not promise an effect that the fill cannot have",
         {
             f"{fill} with {name}": (
                 partial(_with_effect, fill, name),

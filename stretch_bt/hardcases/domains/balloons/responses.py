@@ -22,7 +22,7 @@ from stretch_bt.simulation.coupling import couple
 RADIUS, TIME = 0.03, 2.0
 SKIN, GEL = hertz(50e3, RADIUS), hertz(20e3, RADIUS)
 BODY = Elastic(together(SKIN, GEL))
-#: each kind of response, and what it remembers, s
+#: each kind of response, and the length of its memory, s
 RESPONSES: dict[str, Any] = {
     "elastic": BODY,
     "lessened": Lessened(BODY, hertz(5e3, RADIUS)),
@@ -98,7 +98,7 @@ def _cycled(name: str) -> bool:
 
 
 def _grains() -> list[float]:
-    """Return the work that grains lose, what they stay down by, and force and slope just before the largest drop, each as a part."""
+    """Return the work that grains lose, the drop that stays, and force and slope just before the largest drop, each as a part."""
     response, deepest, count = RESPONSES["compacting"], 3e-3, 4000
     law = response.law(state := response.after(response.start(), deepest, 0.0), 0.0)
     loading, unloading = (sum(f(deepest * (k + 0.5) / count)[0] for k in range(count)) for f in (BODY.by_drop, law))
@@ -108,7 +108,7 @@ def _grains() -> list[float]:
 
 
 def _softer() -> list[float]:
-    """Return forces of softened rubber over those of virgin one, below its largest drop, at it and past it."""
+    """Return forces of softened rubber over the forces of virgin rubber, below its largest drop, at it and past it."""
     law = RESPONSES["softened"].law(after(RESPONSES["softened"], [(3e-3, 0.0)]), 0.0)
     below = BODY.by_drop(1e-3)[0] - 0.2 * (2 / 3) * SKIN(1e-3)[0]
     return [law(1e-3)[0] / below, *(law(d)[0] / BODY.by_drop(d)[0] for d in (3e-3, 4e-3))]
@@ -149,7 +149,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "what remembers its largest drop must not creep with each cycle",
+        "a response that remembers its largest drop must not creep with each cycle",
         {f"ten thousand cycles, {name}": (partial(_cycled, name), Value(True)) for name in ("compacting", "softened")},
         {
             "grains lose two thirds of the work, and stay down by as much": (
@@ -160,7 +160,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "after any path the membrane meets it, be it far stiffer or far softer",
+        "after any path a response balances the membrane, be it far stiffer or far softer",
         {
             f"in series, {name}, 1e{exponent:g}": (partial(_met, name, exponent), Value(0.0, abs=1e-6))
             for name in RESPONSES
@@ -168,7 +168,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a step of time that is none",
+        "a number that makes no step of time",
         {
             f"a step of {dt:g} s": (
                 partial(ALONE.law, ALONE.start(), dt),
@@ -178,7 +178,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "the world steps only what remembers, and as finely as that needs",
+        "the world steps only a response that remembers, and as finely as it needs",
         {f"memory, {name}": (partial(_memory, name), Value(memory)) for name, memory in MEMORIES.items()},
         {
             "laws add and scale": (

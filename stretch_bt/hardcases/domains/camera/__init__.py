@@ -1,4 +1,4 @@
-"""The simulated depth camera: what it sees, and what its effects do to that."""
+"""The simulated depth camera: its images, and the effects on them."""
 
 from stretch_bt.hardcases.domains.camera import frames, noise, seen
 

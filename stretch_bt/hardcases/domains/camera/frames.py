@@ -1,4 +1,4 @@
-"""The simulated camera under noise of any size, and what an effect says is left of it."""
+"""The simulated camera under noise of any size, and the sizes that its effects state."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ CASES: tuple[Hard, ...] = (
         {f"frames with {effects}": (partial(_seen, effects), Range(*part)) for effects, part in NOISES.items()},
     ),
     *group(
-        "a contact of no area or of the whole membrane divides by its pixels",
+        "the size of an effect is divided by the pixels of the contact, which may be none or the whole membrane",
         {
             f"size of {name} on {thing}, {depth}": (
                 partial(_sizes, name, thing, depth),

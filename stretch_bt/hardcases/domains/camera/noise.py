@@ -35,7 +35,7 @@ SHAPE = (333, 213)
 FLAT: Image = np.full(SHAPE, 0.2, np.float32)
 EDGED = FLAT.copy()
 EDGED[:, 100:] = 0.25
-#: effects that may be told to do nothing, and how
+#: values of parameters at which effects do nothing, and these effects
 NOTHING = {"sd": "0 mm", "share": 0.0, "rate": "0 mm/s"}
 IDLE = ("white_noise", "correlated_noise", "fixed_pattern", "dropout", "flying_pixels", "drift")
 SHAPES = ((0, 0), (0, 30), (1, 1), (3, 40))
@@ -118,7 +118,7 @@ def _counted(name: str, shape: tuple[int, int]) -> tuple[int, ...]:
 
 
 def _near_zero(name: str) -> list[bool]:
-    """Whether what has no depth stays without, all is finite, and nothing is below 0, at 4 mm under noise of 50 mm."""
+    """Whether pixels without depth stay without, all is finite, and nothing is below 0, at 4 mm under noise of 50 mm."""
     depth = np.full(SHAPE, 0.004, np.float32)
     depth[50:100] = 0.0
     sizes = {"sd": "50 mm"} if "sd" in EFFECTS[name].Parameters.model_fields else {}
@@ -138,7 +138,7 @@ def _hardly(name: str, share: float) -> bool:
 
 
 def _repeated(name: str) -> bool:
-    """Whether a frame is that of its number and seed, whatever was asked before, and another one of another seed."""
+    """Whether a frame depends on its number and seed alone, whatever was asked before, and is another one of another seed."""
     effect = EFFECTS[name]
     parameters = effect.Parameters.model_validate({"share": 0.3} if name == "flying_pixels" else {})
     forward = [_seen(EDGED, straight, number=n, seed=3) for straight in [effect(parameters)] for n in range(12)]
@@ -154,7 +154,7 @@ def _repeated(name: str) -> bool:
 
 
 def _memory() -> list[float]:
-    """Return the correlation of frames 1, 2, 3 and 5 apart, less that of a memory of 0.7."""
+    """Return the correlation of frames 1, 2, 3 and 5 apart, less the one by a memory of 0.7."""
     effect = _made(CorrelatedNoise, memory=0.7)
     stack = np.stack([_seen(FLAT, effect, number=n) for n in range(60)]).astype(float) - 0.2
     return [float((stack[k:] * stack[:-k]).mean() / (stack**2).mean() - 0.7**k) for k in (1, 2, 3, 5)]
@@ -193,7 +193,7 @@ def _lost_on(slope: float, turn: int) -> float:
 
 
 def _flown() -> list[Any]:
-    """Return rows and columns of what flew, the share that did, its directions, and its least and largest flights, mm."""
+    """Return rows of the pixels that flew, their share, whether they went to the other side, and the least and largest flights, m."""
     depth = FLAT.copy()
     depth[:, 100:] = 0.2045  # under the step that makes an edge
     depth[200:] += np.float32(0.007)
@@ -254,7 +254,7 @@ CASES: tuple[Hard, ...] = (
         {f"{name} of nothing": (partial(_idle, name), Value(True)) for name in IDLE},
     ),
     *group(
-        "gaps between pixels that are hardly ever drawn are longer than any number tells",
+        "gaps between pixels that are hardly ever drawn are longer than a number can hold",
         {
             f"{name} of a share of {share:g}": (partial(_hardly, name, share), Value(True))
             for name in ("dropout", "flying_pixels")
@@ -292,7 +292,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "steep ground, edges, and depths that no count can tell",
+        "steep ground, edges, and depths that no count can represent",
         {
             f"dropout on a slope of {slope:.3g} {'across' if turn == 0 else 'along'}": (
                 partial(_lost_on, slope, turn),

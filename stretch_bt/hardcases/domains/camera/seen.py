@@ -27,7 +27,7 @@ __all__ = ["CASES", "CROP"]
 Depth = npt.NDArray[np.float32]
 
 DISTANCE = 0.2
-CROP = SR305.cropped(74, 407, 214, 427)  # what of the sensor the membrane fills
+CROP = SR305.cropped(74, 407, 214, 427)  # the part of the sensor that the membrane fills
 BENT = LensDistortion(LensDistortion.Parameters()).lens(SR305)
 OFF = Offset(0.003, -0.002, 0.005, 0.05, -0.08)
 VIEWS: dict[str, tuple[Intrinsics, Offset]] = {
@@ -64,7 +64,7 @@ def _rendered(skin: Any, lens: Intrinsics = SR305, offset: Offset = RIGHT, table
 
 
 def _on_grid(name: str) -> list[float]:
-    """Return how far pixels are off a bump, m, and the spans of what is seen over those of the sheet."""
+    """Return how far pixels are off a bump, m, the spans of the seen part less the sheet's, m, and the number of pixels."""
     lens, offset = VIEWS[name]
     depth = _rendered(_grid(_bump), lens, offset)
     x, y, z = np.moveaxis(_places(depth, lens, offset)[depth > 0], -1, 0)
@@ -276,7 +276,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "what is no surface, and no camera",
+        "inputs that are no surface or no camera",
         {
             "a grid of two rows": (lambda: Grid(np.zeros((2, 9, 3))), Refusal(InvalidInput, "at least 3")),
             "a grid of heights": (lambda: Grid(np.zeros((9, 9))), Refusal(InvalidInput, "points")),

@@ -9,7 +9,7 @@ from stretch_bt.hardcases.expect import Check
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation.coupling import couple
 
-#: what a solve says that it took, how many depths the membrane's law was asked for, and how often
+#: evaluations that a solve reports, how many depths the membrane's law was asked for, and how often
 Counts = tuple[int, int, int]
 
 
@@ -30,7 +30,7 @@ def _counted(kind: str, start: float | None = None) -> list[Counts]:
 
 
 def _are_counts(found: list[Counts]) -> bool:
-    """Whether each count is at least that of the different depths and at most that of all."""
+    """Whether each count is at least the number of different depths and at most the number of all."""
     return all(different <= took <= asked for took, different, asked in found)
 
 
@@ -43,7 +43,7 @@ def _known(near: float) -> int:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "what a solve says that it took is what the next one is planned by",
+        "the next solve is planned by the evaluations that the last one reports",
         {
             f"counted, {kind}{'' if start is None else ', from where it was'}": (
                 partial(_counted, kind, start),

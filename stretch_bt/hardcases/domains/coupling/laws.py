@@ -63,7 +63,7 @@ def _at_no_drop(whole: RoofOnWalls) -> float:
 
 
 def _plates(width: float) -> float:
-    """Return the force at which two plates buckle over that of the best number of waves in long ones, with simply supported edges."""
+    """Return the force at which two plates buckle over the least force of any number of waves in long ones, with simply supported edges."""
     waves = min((n * width / 1.0 + 1.0 / (n * width)) ** 2 for n in range(1, 200))
     return plate_buckling_force(3.0, width, 2) / (2 * waves * math.pi**2 * 3.0 / width)
 
@@ -84,7 +84,7 @@ def _sagged(roof: RoofResponse) -> float:
 
 
 def _in_series(whole: RoofOnWalls) -> float:
-    """Return by how much the drops of roof and walls under a force do not add up to that of both, over it, at most."""
+    """Return the largest relative difference between the sum of the drops of roof and walls under a force and the drop of both."""
     drops = np.geomspace(1e-3, 10.0, 25) * whole.kinks(None)[0]
     forces = [whole.force(float(drop))[0] for drop in drops]
     sums = [whole.roof.sag(f) + whole.walls.given(f) for f in forces]
@@ -105,7 +105,7 @@ def _root(start: float) -> list[float]:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "a slope that is not the force's own leads Newton's method astray, and a kink that is not told even more so",
+        "a slope that is not the force's own leads Newton's method astray, and a kink that is not reported even more so",
         {f"{name}, derivatives": (partial(_derived, law), Range(0.0, 1e-5)) for name, law in LAWS.items()},
         {f"{name}, kinks": (partial(_at_kinks, law), Value([0.0, 1e-4], abs=1e-6)) for name, law in LAWS.items()},
     ),
@@ -125,7 +125,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a roof that pulls, or has no end of stiffness",
+        "a roof that pulls, or is infinitely stiff",
         {
             f"a roof of {linear:g} N/m and {cubic:g} N/m^3": (
                 partial(RoofResponse, linear, cubic),

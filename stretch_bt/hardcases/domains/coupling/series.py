@@ -1,4 +1,4 @@
-"""Objects of any law against membranes of any power, and what is no law, travel or rest."""
+"""Objects of any law against membranes of any power, and inputs that are no law, travel or rest."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ CLOSE = Check(
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "from a thousandth to a thousand times the membrane's stiffness, over kinks, falls and dashpots",
+        "an object of a thousandth to a thousand times the membrane's stiffness, with kinks, falls and dashpots",
         {
             f"{kind}, membrane of power {exponent:g}": (partial(_series, kind, exponent), CLOSE)
             for kind in KINDS
@@ -269,7 +269,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "where nothing has moved since, forces agree at the kink of unloading, and rounding would say from which side to come to it",
+        "where nothing has moved since, forces agree at the kink of unloading, and rounding would decide from which side to come to it",
         {
             f"at a kink, {by:+g} of the force, from {'there' if start else 'rest'}": (
                 partial(_at_kink, by, start),
@@ -298,7 +298,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a travel or a rest that is no length, laws that are no numbers",
+        "a travel or a rest that is no length, and laws that give no numbers",
         {
             f"rest {rest:g}, travel {travel:g}": (
                 partial(_bad_couple, rest, travel),

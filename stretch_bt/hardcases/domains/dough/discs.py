@@ -34,7 +34,7 @@ def _borne(force: float, friction: float) -> float:
 
 
 def _area() -> float:
-    """Return the area of an outline over that of the volume."""
+    """Return the area of an outline over the volume divided by the thickness."""
     x, y = outline(cube(EDGE), 8e-3, 720).T
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2 / (EDGE**3 / 8e-3))
 
@@ -60,7 +60,7 @@ def _oval(part: float, radius: float = 0.018) -> Any:
 
 
 def _side(part: float) -> list[float]:
-    """Return height of the middle, m, half width over what it should be, and both radii of the side of a disc, m."""
+    """Return height of the middle, m, the error of the half width, m, and both radii of the side of a disc, m."""
     side: Any = disc_side(_oval(part), 0.014, 0.0155)
     middle = side.heights.shape[0] // 2
     widest = np.argwhere(side.heights[middle] > 0)
@@ -104,7 +104,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "an outline is that of a ball, of a cube, or cracked",
+        "an outline comes from a ball or a cube, or is cracked",
         {
             "the area of an outline": (_area, Value(1.0, abs=2e-3)),
             "the outline of a ball": (
@@ -143,7 +143,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "no force, no volume, no thickness, and less than no cracks",
+        "a disc of no force, no volume or no thickness, and cracks below 0",
         {
             "pressed by no force": (partial(thickness, EDGE**3, 0.0, DOUGH), Refusal(InvalidInput)),
             "no volume": (partial(thickness, math.nan, 1.0, DOUGH), Refusal(InvalidInput)),

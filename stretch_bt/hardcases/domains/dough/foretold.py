@@ -1,4 +1,4 @@
-"""What a scene's press and roll do to its dough, in closed form, before anything is simulated."""
+"""The effect of a scene's press and roll on its dough, in closed form, before anything is simulated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stretch_bt.simulation.scene import load_scene
 
 
 def _flow(springy: float) -> Flow:
-    """Return what happens to the shipped cube, of a modulus of so many yield stresses."""
+    """Return the flow of the shipped cube, of a modulus of so many yield stresses."""
     scene = load_scene("dough_cube")
     cube: Any = scene.object
     spec = cube.model_copy(update={"modulus": springy * cube.yield_stress})
@@ -21,7 +21,7 @@ def _flow(springy: float) -> Flow:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "how much of a facet stays, where dough springs back from all of it, and from none",
+        "dough may spring back from all of a facet, or from none of it",
         {
             "usual dough keeps a part": (lambda: _flow(20.0).plastic, Range(0.4, 0.9)),
             "stiff dough keeps all": (lambda: _flow(1e6).plastic, Value(1.0, abs=1e-4)),

@@ -99,7 +99,7 @@ def _revolved(turns: int) -> list[float]:
 
 
 def _lost(travel: float, lost: float) -> tuple[float, float]:
-    """Return the height that a press takes over what it should, and the volume over what it was."""
+    """Return the height that a press takes over the wanted one, and the volume over the volume before."""
     lump = along(tumbled(cube(EDGE), 3), "eight", travel) if travel else cube(EDGE)
     after = lump.flattened(lost)
     return (lump.height - after.height) / lost, volume(after) / EDGE**3
@@ -188,7 +188,7 @@ WHOLE = Check("heights finite, volume within 1e-12, radii 0.04 to 3 of the ball'
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "what is pressed out on one side comes out on another, at any force, yield, step, spin and resolution",
+        "dough that is pressed out on one side comes out on another, at any force, yield, step, spin and resolution",
         {f"rolled, {name}": (partial(_rolled, options), WHOLE) for name, options in ROLLED.items()},
     ),
     *group(
@@ -217,7 +217,7 @@ CASES: tuple[Hard, ...] = (
         costly=("ten thousand revolutions",),
     ),
     *group(
-        "a press takes off what it says, of a cube and of what is round, be it hardly anything or nearly half",
+        "a press takes off the height that it should, of a cube and of a round lump, be it hardly anything or nearly half",
         {
             f"a press of {1e3 * lost:g} mm after {travel:g} m": (
                 partial(_lost, travel, lost),
@@ -228,14 +228,14 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "what does not flow turns, and keeps its shape",
+        "a lump that does not flow turns, and keeps its shape",
         {
             "rigid": (partial(_kept, None), Value((0.0, True), abs=1e-12)),
             "far from its yield": (partial(_kept, Dough(1e9, 1e10)), Value((0.0, True), abs=1e-12)),
         },
     ),
     *group(
-        "a membrane smooths what it lies on, and no edge beside it",
+        "a membrane smooths the part that it lies on, and no edge beside it",
         {
             "dough that hardly yields under a tense membrane": (
                 _smoothed,
@@ -244,7 +244,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "which axis a lump turns about depends on the path, and on chance; medians of 30 lumps of a separate code",
+        "the axis of a lump's turns depends on the path and on chance; the known medians are of 30 lumps by a separate code",
         {
             f"rounded on {'a circle' if kind == 'circle' else 'an eight'}, spin {spin:g}": (
                 partial(_rounded, kind, spin),
@@ -274,5 +274,5 @@ CASES: tuple[Hard, ...] = (
             ),
         },
     ),
-    *group("what is no lump, no press and no dough", NONSENSE),
+    *group("numbers that make no lump, no press or no dough", NONSENSE),
 )

@@ -51,7 +51,7 @@ def _in_few(found: list[tuple[Equilibrium, float]]) -> bool:
 
 
 def _set_left(step: float) -> tuple[float, float]:
-    """Return what a viscous press leaves over what a slow one does, after a step in times of the hand's spring."""
+    """Return the drop that a viscous press leaves over a slow one's, and its step in time constants of the hand's spring."""
     spring, travel, lump = 300.0, 8e-3, cube(EDGE)
     slow, viscous = (Dough(2e3, 1e6, thickening, power=1.0) for thickening in (0.0, 1e3))
     felt, lasting = Resistance(lump, slow), Resistance(lump, viscous)
@@ -68,7 +68,7 @@ def _not_past_it(found: tuple[float, float]) -> bool:
 
 
 def _below_yield() -> list[float]:
-    """Return what stays, m, force over that of a punch, and slope over force by drop."""
+    """Return the drop that stays, m, force over a punch's, less 1, and slope over force by drop, less 1."""
     felt = Resistance(cube(EDGE), Dough(1e9, 1e5))
     force, slope = felt.force(1e-3)
     punch = 2 * (1e5 / 0.75) * math.sqrt(EDGE**2 / math.pi) * 1e-3
@@ -94,7 +94,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "an explicit update overshoots where a step is longer than two times of the hand's spring",
+        "an explicit update overshoots where a step is longer than two time constants of the hand's spring",
         {
             f"a step of {step:g} times of the spring": (
                 partial(_set_left, step),
@@ -104,7 +104,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "from a thousandth to a thousand times the membrane's stiffness",
+        "dough of a thousandth to a thousand times the membrane's stiffness",
         {
             f"{name} under a membrane of 1e{exponent:+g}": (
                 partial(_met, dough, exponent),

@@ -77,7 +77,7 @@ def _left_behind(found: tuple[World, dict[str, float]]) -> bool:
 
 
 def _longer_steps() -> dict[str, float]:
-    """Return the truth after steps ten times as long over that after the usual ones."""
+    """Return the truth after steps ten times as long less the truth after the usual ones."""
     usual, longer = (_led(step=step)[1] for step in (0.5, 5.0))
     return {name: longer[name] - value for name, value in usual.items()}
 
@@ -94,7 +94,7 @@ def _found_again() -> tuple[bool, bool, bool]:
 
 
 def _cut_elsewhere() -> float:
-    """Return by how much radii spread otherwise where a path is told in four times as many steps."""
+    """Return the change of the spread of radii where a path is given in four times as many steps."""
     spreads = []
     for parts in (1, 4):
         world, time, at = World(load_scene("dough_cube").with_(fidelity="hertz")), 0.0, (0.0, 0.0)
@@ -117,7 +117,7 @@ def stuck(effects: str, stretch: float, *path: tuple[float, float]) -> tuple[Wor
 
 
 def _raised(effects: str, stretch: float) -> Any:
-    """Return what hangs under the hand, 10 mm up and 20 mm on, m and N: its place, top and pull, and the membrane's lowest place."""
+    """Return whether the lump hangs, its place, top and pull, the membrane's lowest place, and the depth, 10 mm up and 20 mm on, m and N."""
     world, contact, truth = stuck(effects, stretch, (0.0, 0.024), (0.0, 0.035), (0.02, 0.035))
     lowest = _points(world.skin(contact, stretch))[..., 2].min()
     held = world.specimen.grip(world._past[-1].thing) is not None
@@ -196,7 +196,7 @@ CUBE = Check("every truth finite, volume within 1e-12, and still a cube", _a_cub
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "the hand never touches it, loses it, moves in long steps or with a coarse or fine lump",
+        "the hand never touches the lump, loses it or moves in long steps, and the lump is coarse or fine",
         {
             "never touched": (partial(_led, height=0.040), CUBE),
             "it wanders off the membrane": (
@@ -214,7 +214,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "dough that yields at nothing, never, or is pressed past its bulk yield",
+        "dough yields at hardly anything, never yields, or is pressed past its bulk yield",
         {
             "yields at hardly anything": (partial(_led, **{"yield": 0.4}), KEPT),
             "never yields": (partial(_led, **{"yield": 1e5}), CUBE),

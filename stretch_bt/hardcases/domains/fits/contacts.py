@@ -110,7 +110,7 @@ def _height_over(kind: str, size: float, degrees: float, r: Any) -> tuple[Any, f
 
 
 def _contact_over(kind: str, size: float, degrees: float, noise: Noise, seed: int) -> Contact:
-    """Return what is seen from straight above of a sheet over a body, its middle off the middle and leaning."""
+    """Return the view from straight above of a sheet over a body, its middle off the middle and leaning."""
     rng = np.random.default_rng(seed)
     v, u = np.mgrid[0:200, 0:200]
     x, y = (u - 100) * PIXEL, (v - 100) * PIXEL

@@ -80,7 +80,7 @@ def _of_shapes() -> Iterator[Hard]:
         fit, (read, value) = FITS[shape], TRUE[shape]
         scaled = 1.0 if shape in ("plane", "cone") else 1e3
         yield from group(
-            "exact, doubled, far away, of single precision or in another unit, the shape is the same",
+            "the shape is the same from points that are exact, doubled, far away, of single precision or in another unit",
             {
                 "exact": (partial(fit, points), Value(value, rel=1e-6, of=read)),
                 "every point twice": (partial(fit, np.vstack([points, points])), Value(value, rel=1e-6, of=read)),

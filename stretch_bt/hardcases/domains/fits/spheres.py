@@ -1,4 +1,4 @@
-"""Points of a cap with holes, twice, far away or with noise, and points that no sphere can be told from."""
+"""Points of a cap with holes, twice, far away or with noise, and points that determine no sphere."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _with_height(height: Any) -> Any:
 ROUND = _with_height(np.sqrt(0.015**2 - (GRID**2).sum(axis=1)))
 NOISE = np.random.default_rng(5).normal(0, 0.3e-3, len(GRID))
 NOISY = ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10])
-#: points, and what is said of them
+#: points, and a pattern of their refusal
 REFUSED = {
     "four points": (ROUND[[0, 5, 210, 380]], "at least 5 distinct points, there are 4"),
     "four points many times": (np.tile(ROUND[[0, 5, 210, 380]], (50, 1)), "there are 4"),
@@ -97,7 +97,7 @@ def _off_with_outliers(below: float) -> tuple[float, float]:
 
 
 def _plane_deviations() -> list[float]:
-    """Return stated deviations of offset and normal of a plane beside the origin over those of 300 draws."""
+    """Return stated deviations of offset and normal of a plane beside the origin over the deviations of 300 draws."""
     rng, plane = np.random.default_rng(0), _with_height(0.1 * GRID[:, 0] - 0.2 * GRID[:, 1]) + [0.02, 0.01, 0.05]
     draws = [np.column_stack([0 * NOISE, 0 * NOISE, rng.normal(0, 1e-4, len(GRID))]) for _ in range(300)]
     fits = [fit_plane(plane + drawn, noise=1e-4) for drawn in draws]
@@ -106,7 +106,7 @@ def _plane_deviations() -> list[float]:
 
 
 def _of_duplicates() -> float:
-    """Return the deviation of four times the same points over that of them once."""
+    """Return the deviation by points given four times over the deviation by the same points once."""
     return fit_sphere(np.vstack([NOISY] * 4)).curvature_sd / fit_sphere(NOISY).curvature_sd
 
 
@@ -124,7 +124,7 @@ def _mixture(below: int, above: int, to: float = 10.0) -> list[float]:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "holes, doubles, distance, precision, units and noise leave a sphere what it is",
+        "a sphere stays the same under holes, doubles, distance, precision, units and noise",
         {
             name: (partial(fit_sphere, points), _is_sphere(radius, within, name == "turned over"))
             for name, (points, radius, within) in FOUND.items()
@@ -162,7 +162,7 @@ CASES: tuple[Hard, ...] = (
         prefix="cap, ",
     ),
     *group(
-        "what are no points, rays or noise",
+        "inputs that are no points, rays or noise",
         {name: (partial(_fitted, arguments), Refusal(InvalidInput)) for name, arguments in WRONG.items()},
         prefix="cap, ",
     ),

@@ -183,13 +183,13 @@ def _window(squares: int) -> Any:
 def _by_kind() -> Iterator[Hard]:
     for name, made in MADE.items():
         yield from group(
-            "a step follows derivatives, which are steep beside a silhouette and another thing beyond it",
+            "a step follows derivatives, which are steep beside a silhouette and different beyond it",
             {f"{name}, derivatives": (partial(_derived, made), Range(0.0, 1e-5))},
             {f"{name}, a long step": (partial(_long_steps, made), Range(0.0, 1e-12))},
         )
     for name, kind in KINDS.items():
         yield from group(
-            "what a body hands on to the membrane has to fit all around a rim of any form",
+            "body and membrane have to meet all around a rim of any form",
             {f"a pressed {name}, derivatives": (partial(_pressed_derived, kind), Range(0.0, 1e-3))},
             {
                 f"a pressed {name}, its rim {form}": (
@@ -204,14 +204,14 @@ def _by_kind() -> Iterator[Hard]:
 CASES: tuple[Hard, ...] = (
     *_by_kind(),
     *group(
-        "a height that is not on the shape, or a centre that moves otherwise, biases its radius",
+        "a height off the shape, or a wrong derivative of its centre, biases the radius",
         {
             "heights lie on spheres, cylinders and cones": (_on_it, Value([0.0] * 3, abs=1e-6)),
             "a sphere's centre, derivatives": (_centre_moves, Range(0.0, 1e-6)),
         },
     ),
     *group(
-        "columns that are nearly alike leave their difference free, and one of no weight leaves nothing",
+        "columns that are nearly alike leave their difference free",
         {
             "two columns the same": (partial(_line, 0.0), Refusal(IllConditioned)),
             "two columns alike to a millionth": (partial(_line, 1e-6), Refusal(IllConditioned)),

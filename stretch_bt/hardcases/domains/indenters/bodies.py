@@ -1,4 +1,4 @@
-"""Objects of scenes at the limits of what a membrane meets, surfaces that bound no body, and mesh files."""
+"""Objects of scenes that a membrane can hardly meet, surfaces that bound no body, and mesh files."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _extent(body: Polyhedron) -> Any:
 
 
 def _box_in_scene() -> tuple[list[float], float]:
-    """Return top and sizes, m, of a scene's object from a file that holds a box, and its force over that of the box."""
+    """Return top and sizes, m, of a scene's object from a file that holds a box, and its force over the force of the box."""
     import trimesh
 
     with TemporaryDirectory() as folder:

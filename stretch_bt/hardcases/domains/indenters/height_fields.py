@@ -38,7 +38,7 @@ PRESSES: dict[str, dict[str, Any]] = {
 
 
 def _as_sphere(options: dict[str, Any]) -> float:
-    """Return the force of a field of a sphere over that of the sphere."""
+    """Return the force of a field of a sphere over the force of the sphere."""
     arguments: dict[str, Any] = {"stretch": 0.03, "depth": 0.008} | options
     return press(BALL, **arguments).force / press("sphere:20mm", **arguments).force
 
@@ -96,7 +96,7 @@ def _is_block(found: tuple[list[float], list[list[float]]]) -> bool:
     return np.allclose(found[0], [3, 5, 5, 1, -1], atol=1e-9) and np.allclose(found[1], normals, atol=1e-9)
 
 
-#: heights, radius of the top, that of the sharpest part, m, and whether the top is flat
+#: heights, radius of the top, radius of the sharpest part, m, and whether the top is flat
 TOPS: dict[str, tuple[Any, float, float, bool]] = {
     "a ball, at most half the grid": (ball, 0.0085, 0.0085, False),
     "a bowl turned over": (lambda x, y: -(x**2 + y**2) / 0.008, 0.004, 0.004, False),
@@ -173,7 +173,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "elements are as small as its top is sharp: a border has no curvature, a ridge one, a face none",
+        "elements are as small as the top is sharp, but a border and a face have no curvature, and a ridge has one",
         {
             f"top, {name}": (partial(field, surface, 69, 0.25e-3), _top_is(tip, feature, flat))
             for name, (surface, tip, feature, flat) in TOPS.items()
@@ -181,7 +181,7 @@ CASES: tuple[Hard, ...] = (
         {"top between nodes": (_between_nodes, Value((0.005, 1e-3), abs=1e-9))},
     ),
     *group(
-        "beside its grid there is nothing that a sheet could rest on",
+        "beside the grid of heights there is nothing that a sheet could rest on",
         {
             "resting on the border, small": (partial(_on_the_border, 0.003, 0.003, _bowl), BORDER),
             "resting on the border, large": (partial(_on_the_border, 0.006, 0.006, _bowl), BORDER),
@@ -193,7 +193,7 @@ CASES: tuple[Hard, ...] = (
         costly=("resting on the border, a ridge across",),
     ),
     *group(
-        "what is no grid of heights, or jumps so that a smooth surface rings",
+        "an input that is no grid of heights, or jumps so that a smooth surface rings",
         {
             "three rows": (partial(HeightField, np.zeros((3, 9)), 1e-3), Refusal(InvalidInput, "at least 4 x 4")),
             "a line": (partial(HeightField, np.zeros(9), 1e-3), Refusal(InvalidInput, "at least 4 x 4")),

@@ -39,7 +39,7 @@ BALL = Sphere(0.02)
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "blanks, other units and sizes left out",
+        "a text may have blanks, other units and sizes left out",
         {f"text {text!r}": (partial(parse_indenter, text), Value(shape)) for text, shape in RIGHT.items()},
     ),
     *group(
@@ -50,7 +50,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a place or a turn that is none",
+        "numbers that make no place or no turn",
         {
             "a place that is no number": (
                 partial(place, BALL, (math.nan, 0.0), (0.0, 0.0), 0.01),

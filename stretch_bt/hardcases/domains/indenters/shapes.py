@@ -151,16 +151,16 @@ CASES: tuple[Hard, ...] = (
         {"cone with a blunt tip, derivatives": (partial(_consistent, Cone(math.pi / 4, 0.008)), DERIVED)},
     ),
     *group(
-        "depth counts to the highest point, which is another one on a tilted body",
+        "depth is measured to the highest point, which is another one on a tilted body",
         {f"{name}, top": (partial(_tops, shape), AT_THE_DEPTH) for name, shape in SHAPES.items()},
         costly=tuple(f"{name}, top" for name in COSTLY),
     ),
     *group(
-        "a distance that changes faster than the place lets a step go through",
+        "a distance that changes faster than the place lets a step go through the body",
         {f"{name}, steepest": (partial(_steepest, shape), Range(0.0, 1 + 1e-9)) for name, shape in SHAPES.items()},
     ),
     *group(
-        "turns go round the axis, of groups with the places of their parts, and add up",
+        "a turn goes round the axis, moves the places of a group's parts, and adds to an earlier turn",
         {
             "a turned box is the box in turned axes": (_turned_alike, Value(0.0, abs=1e-15)),
             "a group keeps its parts apart": (_grouped, Value([0.008, 0.006, -0.015, 0.01, 0.015, 0.01], rel=1e-9)),

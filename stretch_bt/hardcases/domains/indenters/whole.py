@@ -147,7 +147,7 @@ LIMITS: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
         partial(WirePolygon, 0.002, 0.02, 3, _INSIDE - 0.002),
     ),
 }
-#: what has a size, but for what may be of any size
+#: shapes that have a size, and fields that may be of any size
 SIZED = {n: s for n, s in SHAPES.items() if not isinstance(s, Turned | Polyhedron) and n != "height field"}
 FREE = ("angle", "heading", "count", "bend")
 
@@ -170,7 +170,7 @@ def _dataclass(shape: Indenter) -> Any:
     return shape
 
 
-#: shapes whose zones are told; the top of a field is what is within a share of its own of the height
+#: shapes whose zones are tested; the top of a field is the part within a share of its own of the height
 ZONED = {name: shape for name, shape in SHAPES.items() if "height field" not in name}
 WIRES = {
     "wire": Wire(0.0015, 0.03, 0.4),
@@ -181,7 +181,7 @@ WIRES = {
 }
 CASES: tuple[Hard, ...] = (
     *group(
-        "far off, and deep inside, other parts of a shape are the nearest than next to its surface",
+        "far off, and deep inside, the nearest part of a shape is another one than close to its surface",
         {
             f"{name}, anywhere": (
                 partial(_anywhere, shape, 60 if "field" in name else 600),
@@ -234,7 +234,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "the last size that there is, and the next one, of which there is no such shape",
+        "a shape is made up to a last size, and refused from the next one on",
         {f"{name}, nearly": (last, Check("made", lambda _: True)) for name, (last, _) in LIMITS.items()},
         {f"{name}": (first, Refusal(InvalidInput)) for name, (_, first) in LIMITS.items()},
     ),

@@ -1,4 +1,4 @@
-"""What guards the sheet solver: steps through thin bodies, rounding, bodies that sank in, touches as light as rounding."""
+"""The guards of the sheet solver: steps through thin bodies, rounding, bodies that sank in, touches as light as rounding."""
 
 from __future__ import annotations
 

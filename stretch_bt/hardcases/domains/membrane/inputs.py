@@ -23,7 +23,7 @@ RUBBER = NeoHookean(1.0)
 #: radius, thickness and material 1
 UNIT: dict[str, Any] = {"radius": 1.0, "thickness": 1.0, "material": RUBBER}
 
-#: what is wrong, the options of the press, and what is said of them
+#: wrong options of a press by name, and a pattern of the refusal
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "depth 0": ({"depth": 0.0}, "above 0 m"),
     "depth NaN": ({"depth": math.nan}, "depth must be a finite number"),
@@ -71,7 +71,7 @@ def _settings() -> Iterator[Hard]:
             f"{name} {what}": (partial(Settings, **{name: v}), Refusal(InvalidInput, "must"))
             for what, v in SETTINGS.items()
         }
-        yield from group("a setting that is no number, or none above 0, would loop or divide by it", rows)
+        yield from group("the solver loops over a setting or divides by it, so it must be a number above 0", rows)
 
 
 def _round_presses() -> Iterator[Hard]:
@@ -92,7 +92,7 @@ def _round_membranes() -> Iterator[Hard]:
         "slack": {"prestretch": 0.9},
         "infinitely thick": {"thickness": math.inf},
     }
-    why = "a membrane of no size, or that is not taut"
+    why = "a membrane that has no size, or is not taut"
     rows: Rows = {
         n: (partial(CircularMembrane, **{**UNIT, **given}), Refusal(InvalidInput)) for n, given in fields.items()
     }
@@ -116,7 +116,7 @@ def _round_sheet() -> Iterator[Hard]:
         "text": ("sphere:20mm", 0.1),
     }
     rows: Rows = {name: (partial(sheet.press, *given), Refusal(InvalidInput)) for name, given in presses.items()}
-    yield from group("what is no press", rows, prefix="round sheet, ")
+    yield from group("an input that is no press", rows, prefix="round sheet, ")
     rows = {"past the limit point": (lambda: sheet.press(Sphere(0.2), 0.7), Refusal(NoEquilibrium))}
     yield from group("force that falls with depth has no equilibrium to find", rows, prefix="round sheet, ")
 
@@ -149,7 +149,7 @@ CASES = (
         {name: (partial(pressed, **options), Refusal(InvalidInput, said)) for name, (options, said) in WRONG.items()},
     ),
     *group(
-        "a model of the membrane whose own error is not known must not look exact",
+        "a model of the membrane with an unknown error of its own must not look exact",
         {
             f"{solver}, error not stated": (
                 partial(pressed, solver=solver),

@@ -58,7 +58,7 @@ def _lost_and_regained() -> PressResult:
 
 
 def _pulled(settings: Settings) -> float:
-    """Return the ratio of a force after 70 mm of stretch to that of a press of its own."""
+    """Return the ratio of a force after 70 mm of stretch to the force of a press of its own."""
     start = press(stretch=0.005, settings=settings, **_PULLED)
     found = press(stretch=0.075, settings=settings, start=start, **_PULLED)
     return found.force / press(stretch=0.075, **_PULLED).force
@@ -137,7 +137,7 @@ CASES = (
         },
     ),
     *group(
-        "a flat face lies on the flat sheet from which a solve begins, and rounding would say which points touch",
+        "a flat face lies on the flat sheet from which a solve begins, and rounding would decide which points touch",
         {
             f"a last digit, {indenter}": (
                 partial(_last_digit, indenter, stretch),
@@ -147,7 +147,7 @@ CASES = (
         },
     ),
     *group(
-        "a press from a deeper, shallower, shifted or slacker one ends where it does from nothing",
+        "a press that starts from a deeper, shallower, shifted or slacker one ends as it does from nothing",
         {
             "warm, deeper": (partial(_warm_and_cold, 0.010, depth=0.011), ALIKE),
             "warm, sideways": (partial(_warm_and_cold, 0.010, at=(0.001, 0.002)), ALIKE),

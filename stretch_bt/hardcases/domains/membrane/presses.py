@@ -73,7 +73,7 @@ def refused(reason: str) -> Refusal:
 
 
 def _rows(**rows: Any) -> dict[str, tuple[Callable[[], Any], Expectation]]:
-    """Return what is pressed, twice where an answer is expected."""
+    """Return presses with their expectations, each pressed twice where an answer is expected."""
     return {
         name: (partial(_twice if isinstance(expect, Check) else pressed, **options), expect)
         for name, (options, expect) in rows.items()
@@ -137,7 +137,7 @@ CLAMPS = {
 }
 
 
-#: place across of a sphere of 30 mm pressed by 4 mm, m, and what part of the force the error must be
+#: place across of a sphere of 30 mm pressed by 4 mm, m, and least and largest error, as parts of the force
 EDGES = {
     "off the edge": (0.0, (0.0, 0.004)),
     "beside the edge": (0.036, (0.005, 0.01)),
@@ -183,7 +183,7 @@ CASES: tuple[Hard, ...] = (
         costly=("stretch 0, flat cylinder", "stretch 0, hardly touched", "stretch 0, no compression"),
     ),
     *group(
-        "forces near rounding, large steps, and force that falls with depth",
+        "forces near rounding, large steps, and a force that falls with depth",
         _rows(**DEPTHS),
         costly=("1 um", "past the limit point"),
     ),
@@ -191,16 +191,16 @@ CASES: tuple[Hard, ...] = (
         "bodies thinner than a step, sharper than an element, or flat", _rows(**SHAPES), costly=("needle, too deep",)
     ),
     *group(
-        "contact that begins off the mesh's middle, ends at an edge or a clamp, or is nowhere",
+        "the contact begins off the mesh's middle, ends at an edge or a clamp, or is nowhere",
         _rows(**PLACES),
         costly=("half over the free edge",),
     ),
     *group(
-        "a force over an edge of the sheet is known less well, by 0.5 % beside it and by 1 % over it",
+        "a force near an edge of the sheet has a larger error: 0.5 % beside the edge, 1 % over it",
         {f"the error {name}": (partial(_error_at, x), Range(*ends)) for name, (x, ends) in EDGES.items()},
     ),
     *group(
-        "a plate gathers its pressure on a sharp tip, which sinks into a contact that is as soft as tension needs",
+        "the pressure of a plate gathers on a sharp tip, which sinks into a contact only as stiff as tension needs",
         {
             f"a tip {1e3 * depth:g} mm into a plate, stretch {1e3 * stretch:g} mm": (
                 partial(_tip, stretch, depth),

@@ -125,7 +125,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a guess goes straight on only along the line of the last two presses, and no contact pulls",
+        "a start is extrapolated only along the line of the last two presses, and no contact may pull",
         {
             "straight on": (partial(_guessed, 1.0), Value([2.5, 4.0, 0.0], abs=1e-12)),
             "half as far on": (partial(_guessed, 0.5), Value([2.25, 3.5, 0.05], abs=1e-12)),

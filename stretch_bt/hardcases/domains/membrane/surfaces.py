@@ -1,4 +1,4 @@
-"""What a solved sheet looks like: known forces, a surface on the indenter and at its edges, and nothing beside it."""
+"""The form of a solved sheet: known forces, a surface on the indenter and at its edges, and nothing beside it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _work(shape: str, stretch: float, depth: float, options: dict[str, Any]) -> 
     return [float(found.force[2] / ((above.energy - below.energy) / (2 * step))), float(balance)]
 
 
-#: indenter, stretch and depth, m, and what else
+#: indenter, stretch and depth, m, and further options
 WORKED: dict[str, tuple[str, float, float, dict[str, Any]]] = {
     "a sphere": ("sphere:20mm", 0.03, 0.010, {}),
     "a large sphere, far stretched": ("sphere:30mm", 0.06, 0.015, {}),
@@ -70,7 +70,7 @@ WORKED: dict[str, tuple[str, float, float, dict[str, Any]]] = {
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "a force that is balanced and settled may be that of another problem",
+        "a balanced and settled force may still be the force of another problem",
         {
             f"{1e3 * depth:g} mm, by another solver": (partial(_known, depth), Value(f, rel=0.01))
             for depth, f in KNOWN.items()
@@ -84,7 +84,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a surface between control points, up to its edges and not beyond",
+        "a surface is interpolated between control points, up to its edges and not beyond",
         {
             "on the sphere where it touches": (_off_the_sphere, Range(0.0, 0.08e-3)),
             "at its clamps": (_edges, Value([-0.065, 0.065, -0.045, 0.045, 0.0], abs=1e-12)),

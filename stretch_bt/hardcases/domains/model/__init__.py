@@ -1,4 +1,4 @@
-"""Contact mechanics: formulas, force models, palpation, calibration and control at the ends of what they know."""
+"""Contact mechanics: formulas, force models, palpation, calibration and control at the ends of their ranges."""
 
 from stretch_bt.hardcases.domains.model import (
     calibration,

@@ -1,4 +1,4 @@
-"""Calibrations of what determines no model, or is wrong in part."""
+"""Calibrations by presses that determine no model, or are wrong in part."""
 
 from __future__ import annotations
 
@@ -73,14 +73,14 @@ def _shifted() -> Measurements:
 
 
 def _one_stretch() -> list[float]:
-    """Return deviation over that of all stretches, and error over deviation, far from the one stretch that was measured."""
+    """Return the deviation over the one from all stretches, and error over deviation, far from the one stretch that was measured."""
     place, few = (0.010, 0.07, 0.008), calibrate(presses(stretches=(0.02,), noise=0.01)).model
     force, sd = few.predict(*place)
     return [sd / _calibrated(0.01).model.predict(*place)[1], abs(force - HAND.predict(*place)[0]) / sd]
 
 
 def _past(spoil: Callable[[Measurements], Measurements]) -> list[Any]:
-    """Return what was left out, and the largest relative error of what was not."""
+    """Return the notes on the presses left out, and the largest relative error of the model."""
     found = calibrate(spoil(presses()))
     places = [(d / 2, x, z * 1e-3) for d in (0.02, 0.045) for x in (0.01, 0.05) for z in (5, 11)]
     off = [abs(found.model.predict(*p)[0] / HAND.predict(*p)[0] - 1) for p in places]
@@ -111,7 +111,7 @@ def _noise_of_paper() -> Measurements:
     return _changed(given, force=3e-3 * given.force + np.random.default_rng(2).normal(0, 0.02, 150))
 
 
-#: measurements, model and what is said
+#: measurements, model and a pattern of the refusal
 REFUSED: dict[str, tuple[Callable[[], Measurements], str, str]] = {
     "two presses": (lambda: presses((0.02,), (0.0,), (5, 10)), "membrane", "too few"),
     "a stuck sensor": (lambda: _changed(presses(), force=np.full(150, 0.3)), "membrane", "stuck"),

@@ -1,4 +1,4 @@
-"""Formulas outside of what they hold for: Hertz, two elastic bodies, a ratio of what may be nothing, heights, roots."""
+"""Formulas outside of their range: Hertz, two elastic bodies, a ratio of numbers that may be zero, heights, roots."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PRINTED: dict[str, tuple[str, dict[str, float], float, float]] = {
     "cylinder": ("cylinder", BALL, math.inf, 2 * 0.01 * 0.01 * 6e3),
     "cone": ("cone", {"angle": math.pi / 4}, math.inf, 2 * 0.01**2 * 6e3 / (math.pi * 0.75)),
 }
-#: shape, depth, modulus, sizes, and what is said of them
+#: shape, depth, modulus, sizes, and a pattern of the refusal
 WRONG: dict[str, tuple[str, Any, float, dict[str, float], str]] = {
     "a cube": ("cube", 0.01, 6e3, BALL, "sphere, cylinder, cone"),
     "a depth below 0": ("sphere", -0.01, 6e3, BALL, "depth must be at least 0 m"),
@@ -87,13 +87,13 @@ def _replaced(place: int, value: Estimate) -> Estimate:
 
 
 def _back(shape: str, sizes: dict[str, float], depth: float) -> float:
-    """Return the depth of the force of a depth, over that."""
+    """Return the depth computed back from the force at a depth, over that depth."""
     force = float(hertz_force(shape, depth, 5e3, **sizes))
     return float(hertz_depth(shape, force, 5e3, **sizes)) / depth
 
 
 def _modulus_again(modulus: float) -> float:
-    """Return the modulus of an object that a press of its own force tells, over it."""
+    """Return the modulus of an object as computed from its own force, over the true one."""
     membrane, radius, both = 6e3, 0.03, 0.01
     force = float(hertz_force("sphere", both, membrane, radius=radius, object_modulus=modulus))
     depth = (force * 0.75 / (4 / 3 * membrane * math.sqrt(radius))) ** (2 / 3)
@@ -102,7 +102,7 @@ def _modulus_again(modulus: float) -> float:
 
 
 def _drawn(draw: Callable[[np.random.Generator, Estimate], Estimate], count: int) -> float:
-    """Return the deviation of a modulus over that of the moduli of many draws."""
+    """Return the stated deviation of a modulus over the deviation of the moduli of many draws."""
     random = np.random.default_rng(3)
     values = [object_modulus(*(draw(random, e) for e in PRESS)).value for _ in range(count)]
     return object_modulus(*PRESS).sd / float(np.std(values))
@@ -113,7 +113,7 @@ def _one(random: np.random.Generator, estimate: Estimate) -> Estimate:
 
 
 def _stated(correlation: float) -> float:
-    """Return the deviation of a stiffness over that of the ratios of many draws of force and deflection."""
+    """Return the stated deviation of a stiffness over the deviation of the ratios of many draws of force and deflection."""
     random, force, drop = np.random.default_rng(2), Estimate(1.35, 0.04), Estimate(1.5e-3, 4e-5)
     shared = correlation * force.sd * drop.sd
     spread = [[force.sd**2, shared], [shared, drop.sd**2]]
@@ -132,7 +132,7 @@ def _spread_of_heights(c: float) -> float:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "the printed formulas, at no depth, at depths from a nanometre on, and of any modulus",
+        "the formulas as they are printed hold at no depth, from a nanometre on, and for any modulus",
         {
             f"{name}, as printed": (
                 partial(hertz_force, shape, 0.01, 6e3, object_modulus=modulus, **sizes),
@@ -170,13 +170,13 @@ CASES: tuple[Hard, ...] = (
         prefix="hertz, ",
     ),
     *group(
-        "what gave way by less than its error has no modulus",
+        "an object that gave way by less than its error has no modulus",
         {name: (partial(_replaced, at, value), Refusal(error)) for name, (at, value, error) in NO_MODULUS.items()},
         {"deviation of draws": (partial(_drawn, _one, 4000), Value(1.0, abs=0.05))},
         prefix="modulus, ",
     ),
     *group(
-        "a ratio of what may be nothing, whose errors may go together",
+        "force and deflection of a ratio may both be zero within their errors, and the errors may be correlated",
         {name: (partial(estimate_stiffness, f, d), refusal) for name, (f, d, refusal) in NO_STIFFNESS.items()},
         {
             f"a correlation of {c:g}": (partial(estimate_stiffness, FORCE, DROP, c), Refusal(InvalidInput, "together"))
@@ -189,7 +189,7 @@ CASES: tuple[Hard, ...] = (
         prefix="stiffness, ",
     ),
     *group(
-        "the height of no force is extrapolated, from presses that may be alike, or of a rigid object",
+        "the height at no force is extrapolated, from presses that may be equal or of a rigid object",
         {name: (partial(undeformed_height, d, h, sd), Refusal(error)) for name, (d, h, sd, error) in NO_HEIGHT.items()},
         {
             "heights that rise with depth": (

@@ -88,7 +88,7 @@ STEPS: dict[str, tuple[float, bool, int, float, str, float]] = {
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "a hand that keeps its force on what rolls may lose it, or be pushed up at once",
+        "a hand that keeps its force on a rolling lump may lose it, or be pushed up at once",
         {name: (partial(_height, [felt]), Value(height, rel=1e-9)) for name, (felt, height) in LEVELS.items()},
         {name: (partial(_lost, start, felt), Value(lost)) for name, (start, felt, lost) in LOSSES.items()},
         {f"an object of {k:g} N/m": (partial(_crept, k), Value(1.0, abs=0.01)) for k in (100.0, 300.0, 550.0)},

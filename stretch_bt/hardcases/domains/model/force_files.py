@@ -118,14 +118,14 @@ def _without(field: str) -> Change:
 
 
 def _fit(name: str) -> bool:
-    """Whether a file without what was measured, or with it, is read as the model that it was."""
+    """Whether a file with or without the measured range is read as the model that was written."""
     model = replace(MEMBRANE, measured=LIMITS) if name == "measured" else MEMBRANE
     return _loaded(model, _without("measured") if name == "unmeasured" else None) == model
 
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "a file that holds no such hand must be named with its field",
+        "a file may be broken or hold a field that no hand has, which the error must name",
         {
             name: (
                 partial(_loaded, HERTZ, _update(change)),
@@ -141,7 +141,7 @@ CASES: tuple[Hard, ...] = (
         prefix="file of a hertz model, ",
     ),
     *group(
-        "a file that holds no such hand must be named with its field",
+        "a file may be broken or hold a field that no hand has, which the error must name",
         {
             name: (
                 partial(_loaded, replace(MEMBRANE, measured=LIMITS), change),

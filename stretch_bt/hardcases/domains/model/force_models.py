@@ -65,7 +65,7 @@ OUTSIDE: dict[str, tuple[tuple[float, float, float], str]] = {
 
 
 def _inverted(model: Any, radius: float, stretch: float, depth: float) -> list[float]:
-    """Return depth and stretch that a force tells, each over what it was, and the force at no depth."""
+    """Return the depth computed back from a force over the true one, the stretch less the true one, and force and depth of nothing."""
     force, sd = model.predict(radius, stretch, depth)
     assert 0 < sd < 0.5 * force
     told = model.depth_for(radius, stretch, force), model.stretch_for(radius, depth, force)
@@ -78,7 +78,7 @@ def _inverted(model: Any, radius: float, stretch: float, depth: float) -> list[f
 
 
 def _kept_force() -> float:
-    """Return the force of the same indentation at another stretch over what it was."""
+    """Return the force of the next indentation at another stretch over the force before."""
     force, _ = HERTZ.predict(0.02, 0.01, 0.008)
     return HERTZ.predict(0.02, 0.07, next_indentation(HERTZ, 0.02, 0.07, force))[0] / force
 
@@ -96,7 +96,7 @@ def _deviation_of(name: str) -> float:
 
 
 def _spread_of_draws() -> float:
-    """Return the deviation of a modulus over that of moduli of drawn parameters."""
+    """Return the stated deviation of a modulus over the deviation of the moduli of drawn parameters."""
     assert isinstance(HERTZ, CalibratedHertz)
     random, drawn = np.random.default_rng(0), []
     for _ in range(400):
@@ -146,7 +146,7 @@ def _one_power(forces: list[float]) -> bool:
 
 
 def _hangs() -> list[Any]:
-    """Return the deviation of a hang over it, what surer parameters leave of that, and where no hang is told."""
+    """Return the relative deviation of a sag, its part with surer parameters, and the cases without a sag."""
     told = MEMBRANE.hang(0.0)
     surer = replace(MEMBRANE, covariance=tuple(tuple(v / 100 for v in row) for row in COVARIANCE)).hang(0.0)
     slack = replace(MEMBRANE, hand=MEMBRANE.hand._replace(mount_prestretch=1e-3))
@@ -197,7 +197,7 @@ CASES: tuple[Hard, ...] = (
             "a force below 0": (partial(MEMBRANE.depth_for, 0.01, 0.0, -1.0), Refusal(InvalidInput, "force")),
             "a depth for 0 N": (partial(MEMBRANE.depth_for, 0.01, 0.0, 0.0), Value(0.0)),
             "hanging at 200 mm": (partial(MEMBRANE.hang, 0.2), Refusal(InvalidInput, "stretch")),
-            "hanging": (_hangs, Check("stated to 3 to 30 %, and not told of a slack or another hand", _is_hang)),
+            "hanging": (_hangs, Check("stated to 3 to 30 %, and not for a slack or another hand", _is_hang)),
         },
         {
             f"there and back, radius {1e3 * r:g} mm, stretch {1e3 * x:g} mm, depth {1e3 * d:g} mm": (

@@ -41,7 +41,7 @@ def _hardest() -> list[float]:
 
 
 def _past_it(stiffness: float) -> list[float]:
-    """Return how far a planned press drops an object, over what was wanted, and over what was planned."""
+    """Return how far a planned press drops an object over the wanted drop, and the planned drop over that."""
     _, plan = _planned(stiffness, sd=5e-6)
     dropped = TOP - height(spring(stiffness), plan.stretch, plan.hand)
     return [dropped / DROP, plan.drop / dropped]
@@ -138,7 +138,7 @@ CASES: tuple[Hard, ...] = (
         prefix="next press, ",
     ),
     *group(
-        "limits, costs and looks that are none",
+        "numbers that make no limits, costs or looks",
         {
             f"limits {wrong}": (partial(Limits, *wrong), Refusal(InvalidInput, "limits"))
             for wrong in (

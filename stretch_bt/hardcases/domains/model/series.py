@@ -1,4 +1,4 @@
-"""Palpation of what never gives way, gives way at once, or is read twice at one force: the fit of a series of readings."""
+"""Palpation of objects that never give way, give way at once, or are read twice at one force: the fit of a series of readings."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def fit(readings: Sequence[TopReading], **options: Any) -> Any:
 
 
 def _exact(stiffness: float, power: float) -> list[float]:
-    """Return power, drop and stiffness of exact readings, each over what it is, or less it."""
+    """Return errors of power, drop and stiffness from exact readings: absolute for the power, relative for the others."""
     law = spring(stiffness, power)
     readings = seen(law, 1e-9)
     found = fit(readings, power=Estimate(power + 0.1, 10.0), stiffening=Estimate(0.0, 1e-3), robot_sd=0.0)
@@ -88,7 +88,7 @@ def _wrong_factor() -> list[float]:
 
 
 def _scattered() -> list[float]:
-    """Return chi2 of readings that scatter ten times as much as stated, and their deviation over that of honest ones."""
+    """Return chi2 of readings that scatter ten times as much as stated, and the deviation of their drop over that from honest ones."""
     readings = seen(spring(600.0), 2e-4, np.random.default_rng(3), poses=[*POSES, *POSES])
     found = fit([replace(r, sd=2e-5) for r in readings])
     return [found.chi2, found.drop.sd / fit(readings).drop.sd]
@@ -166,7 +166,7 @@ def _hardly_off(robot: float) -> list[float]:
 
 
 def _at_bound(power: float, bound: float) -> list[float]:
-    """Return the power of a fit, and how far height and force are off those of a fit that is held there."""
+    """Return the power of a fit, and how far its top and compliance are off a fit that is held there."""
     depths = [(0.0, d) for d in (0.002, 0.004, 0.007, 0.010, 0.010, 0.012)]
     readings = [replace(r, sd=3e-5) for r in seen(spring(600.0, power), poses=depths)]
     found = []
@@ -261,7 +261,7 @@ CASES: tuple[Hard, ...] = (
         prefix="series, ",
     ),
     *group(
-        "what is wrong in all readings alike, scatters more than stated, or hardly at all",
+        "the error is the same in all readings, larger than stated, or hardly any",
         {
             "a model off by a factor": (_wrong_factor, Value([1.0, 0.8], abs=1e-6)),
             "scatter ten times as stated": (_scattered, Check("chi2 above 4, wide", lambda f: f[0] > 4 and f[1] > 0.4)),

@@ -1,4 +1,4 @@
-"""What is left out to save time, or since it does not count: the answer must be the one of all that there is."""
+"""Shortcuts that leave out parts to save time, or since they do not count: the answer must be the same as from all parts."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _sunk(by: float, kinds: str = "AAAAA", last: str = "A") -> tuple[int, Any]:
 
 
 def _seconds() -> list[float]:
-    """Return what looks of ten frames take: at once, 20 mm farther, at another stretch, and both, s."""
+    """Return the times of looks of ten frames: at once, 20 mm farther, at another stretch, and both, s."""
     costs, here = Costs(speed=0.01, change=2.0, frame=0.1, settle=0.5), _at(0.0, 0.05)
     plans = (None, _at(0.0, 0.03), _at(0.02, 0.05), _at(0.02, 0.07))
     return [costs.seconds(here, plan, 10) for plan in plans]
@@ -83,7 +83,7 @@ def _below_nothing(stretch: float, depth: float) -> list[float]:
 SAID = Refusal(IllConditioned, "the object did not come back as it went")
 CASES: tuple[Hard, ...] = (
     *group(
-        "presses at other stretches are looked at only where they may be worth more than what is known",
+        "presses at other stretches are weighed only where they may be worth more than the best one so far",
         {
             f"the best of all looks, {stiffness:g} N/m, {change:g} s for a stretch": (
                 partial(_against_all, stiffness, change),
@@ -100,7 +100,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "an object that did not come back is told by its readings under less force than before, of the kind of the latest",
+        "an object that did not come back shows it in readings under less force than before, of the same kind as the latest",
         {
             "it came back": (partial(_sunk, 0.0), Check("all 6 readings", lambda found: found[0] == 6)),
             "it did not come back": (partial(_sunk, 1e-3), SAID),
@@ -120,7 +120,7 @@ CASES: tuple[Hard, ...] = (
         },
     ),
     *group(
-        "a gripper and a hand are read a little below nothing at times, and nothing is what is meant",
+        "a gripper and a hand may read a little below zero, and zero is meant",
         {
             "a stretch below 0": (
                 partial(_below_nothing, -1e-4, 0.002),

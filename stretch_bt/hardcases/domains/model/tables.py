@@ -29,7 +29,7 @@ def _protocol(**lengths: Any) -> Any:
 
 HEAD = first_lines({"scene": "calibration_sphere", "seed": 3})
 ROW = "sphere,20,,10,5,1,0.4,0.004,60.1,12.5\n"
-#: a table and what is said of it
+#: a table and a pattern of its refusal
 TABLES = {
     "nothing": ("", r":1: a table begins with '# stretch-characterization/1 '; name the file"),
     "another table": ("a,b\n1,2\n", r":1: a table begins with"),
@@ -92,7 +92,7 @@ NOT_CONDITIONED: dict[str, Any] = {
     "text": {"stretch": "80 mm", "depth": 0.01},
     "below 0": {"stretch": -1, "depth": 0.01},
 }
-#: what is changed of a press, and whether it still counts for its state
+#: changes of a press, and whether it still counts for its state
 NEAR: dict[str, tuple[dict[str, Any], bool]] = {
     "0.05 mm deeper": ({"depth": 0.00505}, True),
     "0.5 mm more stretched": ({"stretch": 0.0105}, True),
@@ -141,7 +141,7 @@ def _read(made: Conditioning | None) -> bool:
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "a table that is cut off, or wrong in a line, must name it",
+        "a table may be cut off, or wrong in a line, which the error must name",
         {name: (partial(parse_table, text), Refusal(InvalidInput, said)) for name, (text, said) in TABLES.items()},
         {
             f"no number for {name}": (
@@ -157,13 +157,13 @@ CASES: tuple[Hard, ...] = (
         prefix="table, ",
     ),
     *group(
-        "a table that is cut off, or wrong in a line, must name it",
+        "a table may be cut off, or wrong in a line, which the error must name",
         {name: (partial(parse_sensitivity, text), Refusal(InvalidInput, said)) for name, (text, said) in MAPS.items()},
         {"no number": (lambda: sensed_lines(_sensed(math.nan)), Refusal(InvalidInput, "finite"))},
         prefix="map of sensitivity, ",
     ),
     *group(
-        "what is no stretch and depth, and what a table does not say",
+        "a table may say no stretch and depth of the conditioning, or wrong ones",
         {
             name: (partial(Conditioning.of, {CONDITIONED: wrong}), Refusal(InvalidInput, "conditioned: a table says"))
             for name, wrong in NOT_CONDITIONED.items()

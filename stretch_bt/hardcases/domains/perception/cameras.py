@@ -73,7 +73,7 @@ COSTLY: dict[str, Any] = {
 
 
 def _looked(make: Any, rule: Any) -> str:
-    """Return what is said of a frame, `contact` where it has one."""
+    """Return the refusal of a frame, `contact` where it has one."""
     try:
         find_contact(_frame(make()), rule=rule)
     except (NoContact, IllConditioned, InvalidInput) as refused:
@@ -142,7 +142,7 @@ NO_IMAGE: dict[str, Any] = {
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "frames of stairs, salt and holes must neither hang nor be a contact",
+        "frames of stairs, salt and holes must not hang, and end in a contact or a reason",
         {
             f"{name}, {rule}": (
                 partial(_looked, make, rule),
@@ -184,7 +184,7 @@ CASES: tuple[Hard, ...] = (
         prefix="lens, ",
     ),
     *group(
-        "what is no depth image, no length of one, and no still hand",
+        "an input that is no depth image, an image without a unit or a distance, and a hand that does not stand still",
         {
             f"{name}": (partial(deproject, image, SMALL), Refusal(InvalidInput, "depth image"))
             for name, image in NO_IMAGE.items()

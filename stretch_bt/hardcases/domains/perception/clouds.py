@@ -120,7 +120,7 @@ CASES = (
         prefix="dimensions, ",
     ),
     *group(
-        "a plane is no body either, but it has a height; so it does far away, twice, and of single precision",
+        "a plane is no body either, but it has a height, also far away, with every point twice, or of single precision",
         {
             "exact plane": (lambda: _top_height(_flat()), near(0.01, 1e-9)),
             "exact plane at 1e6 mm": (lambda: _top_height(_flat(at=(1e3, -1e3, 0.0))), near(0.01, 1e-7)),
@@ -130,7 +130,7 @@ CASES = (
         prefix="dimensions, ",
     ),
     *group(
-        "a side that is bowed has no face, and a far place none of its own",
+        "a bowed side has no face, a side may not be seen, and a block far away keeps its sizes",
         {
             "a round side": (
                 lambda: measure_object(objects.half_cylinder(0.02, 0.06, 0.3e-3, np.random.default_rng(1))),
@@ -141,14 +141,14 @@ CASES = (
         {
             f"a block with faces {flanks}": (
                 partial(_block, flanks),
-                Check("a size by the faces that are seen, else by what sticks out", _by_faces(how)),
+                Check("a size by the faces that are seen, else by the extent", _by_faces(how)),
             )
             for flanks, how in (((0, 1, 2), ("extent", "faces", "table")), ((), ("extent", "extent", "table")))
         },
         prefix="dimensions, ",
     ),
     *group(
-        "what is no cloud",
+        "an input that is no cloud",
         {
             "no noise": (lambda: cloud_of(_flat(), 0.0), Refusal(InvalidInput, "positive")),
             "millimetres as integers": (

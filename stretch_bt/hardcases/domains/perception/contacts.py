@@ -124,14 +124,14 @@ CASES = (
             "curvatures, all invalid": (
                 lambda: curvatures(*cloud(0 * FLAT)),
                 Check(
-                    "no curvature is trusted, and none is told",
+                    "no curvature is trusted, and none is given",
                     lambda found: not found.trusted.any() and not found.sum.any(),
                 ),
             ),
         },
     ),
     *group(
-        "a frame may show no contact, or none that can be told",
+        "a frame may show no contact, or none that can be recognised",
         {
             "all invalid": (
                 lambda: find_contact(frame(0 * FLAT)),

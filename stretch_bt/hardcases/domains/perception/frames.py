@@ -40,7 +40,7 @@ def _masked(given: Any, width: float) -> Any:
 
 CASES = (
     *group(
-        "every image passes here: sizes, units and pixels without depth that cameras send",
+        "every image passes here, with any size, unit and pixels without depth that cameras send",
         {
             "empty image": (
                 lambda: deproject(np.zeros((0, 0)), Intrinsics(1, 1, 0, 0, 0, 0))[0].shape,

@@ -1,4 +1,4 @@
-"""Heights and first contact: what is tracked may vanish, and what is compared may not fit."""
+"""Heights and first contact: a tracked top may vanish, and compared frames may not fit."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _followed(make: Callable[[], Any], *images: Any) -> list[Any]:
 
 CASES = (
     *group(
-        "the top is where few pixels are, and those may be missing or saturated",
+        "the top has few pixels, and they may be missing or saturated",
         {
             "all invalid": (lambda: _height(0 * FLAT), Refusal(NoContact, "no pixel in contact has depth")),
             "no contact": (lambda: _height(FLAT), Refusal(NoContact, "no pixel in contact has depth")),
@@ -60,7 +60,7 @@ CASES = (
         prefix="height, ",
     ),
     *group(
-        "each frame is compared with the first ones",
+        "each frame is compared with the first ones, which it may not fit",
         {
             "all invalid": (
                 lambda: _followed(HeightTracker, FLAT, 0 * FLAT),

@@ -1,4 +1,4 @@
-"""What is taken for the membrane: not a number, saturated, in another unit, round, or in two parts."""
+"""Inputs that are taken for the membrane: not a number, saturated, in another unit, round, or in two parts."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _covers(labels: Any) -> bool:
     return bool(((labels == 2) & truth).sum() > 0.75 * ((labels == 2) | truth).sum())
 
 
-COVERS = Check("what is labelled is the face, but for a quarter", _covers)
+COVERS = Check("the labelled part is the face, but for a quarter", _covers)
 
 CASES = (
     *group(
@@ -109,7 +109,7 @@ CASES = (
         prefix="input, ",
     ),
     *group(
-        "the object is not the one flat face that a diameter is of",
+        "the object is not the one flat face whose diameter is wanted",
         {
             "two cylinders side by side": (
                 lambda: diameters(*_labelled(PAIR)),

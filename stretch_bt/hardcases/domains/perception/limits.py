@@ -146,7 +146,7 @@ LIFTS: dict[str, dict[str, Any]] = {
 
 CASES: tuple[Hard, ...] = (
     *group(
-        "heights of nothing, of four points, of one height, on a line, or past what the membrane reaches",
+        "a contact of no point, of four, of one height, on a line, or past the membrane's reach",
         {
             "nothing touches": (lambda: _at_heights(lambda p, v: None), Refusal(NoContact)),
             "four points touch": (lambda: _at_heights(_four), Refusal(IllConditioned, "twelve")),
@@ -178,7 +178,7 @@ CASES: tuple[Hard, ...] = (
         prefix="lift, ",
     ),
     *group(
-        "no line lies below a top that is too low or not seen, and no ratio in what is not bent",
+        "there is no line below a top that is too low or not seen, and no ratio in a surface that is not bent",
         {
             "a line under half a millimetre": (partial(outline_at, _over(0.0005), 0.001), Refusal(NoContact)),
             "a line under too low a top": (partial(outline_at, _over(0.002), 0.0015), Refusal(NoContact)),

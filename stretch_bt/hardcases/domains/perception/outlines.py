@@ -70,7 +70,7 @@ CASES = (
         prefix="outline, ",
     ),
     *group(
-        "what is no outline",
+        "an input that is no outline",
         {
             "NaN": (lambda: circularity(scattered(DISC, 3, np.nan)), Refusal(InvalidInput, "finite")),
             "infinite": (lambda: circularity(scattered(DISC, 3, np.inf)), Refusal(InvalidInput, "finite")),

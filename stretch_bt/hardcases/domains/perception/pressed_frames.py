@@ -1,4 +1,4 @@
-"""Depth images of a cap pressed into a membrane, and what may be wrong with them."""
+"""Depth images of a cap pressed into a membrane, and their possible faults."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Image = npt.NDArray[np.float32]
 H, W, F, DISTANCE = 160, 200, 400.0, 0.2
 LENS = Intrinsics(F, F, (W - 1) / 2, (H - 1) / 2, W, H)
 FLAT: Image = np.full((H, W), DISTANCE, dtype=np.float32)
-#: what a camera of 1/8 mm a count gives where it is saturated, m
+#: depth that a camera of 1/8 mm a count gives where it is saturated, m
 SATURATED = 65535 * 0.125e-3
 #: radius of the contact of the usual press, m
 EDGE = 20e-3 * float(np.sin(0.5))

@@ -111,7 +111,7 @@ CASES = (
         prefix="rectangle, ",
     ),
     *group(
-        "what is called a contact is none, or does not rise",
+        "the labelled contact is none, or does not rise",
         {
             "concave": (partial(_measured, lambda p, v: (p * [1, 1, -1], v)), Refusal(NoContact, "rise")),
             "a plane called a contact": (partial(_measured, _at_height(0.0)), Refusal(NoContact, "rise")),
@@ -129,7 +129,7 @@ CASES = (
         prefix="rectangle, ",
     ),
     *group(
-        "another unit, type or shape",
+        "an input has another unit, type or shape",
         {
             "millimetres": (partial(_measured, lambda p, v: (p * 1e3, v)), Refusal(InvalidInput, "metres")),
             "labels of another type": (
@@ -144,7 +144,7 @@ CASES = (
         prefix="rectangle, ",
     ),
     *group(
-        "an outline of any form follows noise, and has corners here",
+        "an outline of free form follows noise, and this one has corners",
         {
             "free outline, exact": (
                 partial(_measured, shape="free_form", noise=EXACT),

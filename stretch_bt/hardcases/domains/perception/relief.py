@@ -1,4 +1,4 @@
-"""The map of presses: what moved, stands apart, goes on to a clamp, hangs over, or is not there."""
+"""The map of presses: an object that moved, stands apart, goes on to a clamp, hangs over, or is not there."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _only_its_upper_side(relief: Relief) -> bool:
 
 
 def _tried() -> tuple[float, float]:
-    """Return how far from a press that showed nothing the next one goes, m, and what it is to show over what that was to."""
+    """Return how far from a press that showed nothing the next one goes, m, and its expected gain over the first one's."""
     ground = partial(box, half=(65 * MM, 20 * MM))
     relief = mapped(ground, (0, 0, 0), height=12 * MM)
     first = next_view(relief, **{**REACH, "depth": 18 * MM})
@@ -67,7 +67,7 @@ def _tried() -> tuple[float, float]:
 
 
 def _missed() -> float:
-    """Return what the next press counts after one that was to show a side and did not, over what it counts where that was no press."""
+    """Return the gain of the next press after one that was to show a side and did not, over its gain where that one is only left out."""
     relief = mapped(box, (0, 0, 0), height=22 * MM)
     first = next_view(relief, **REACH)
     assert first is not None
@@ -81,7 +81,7 @@ def _missed() -> float:
 
 CASES = (
     *group(
-        "presses are put together as if the object had stayed where it was",
+        "presses are put together on the assumption that the object stayed where it was",
         {
             "the object sank by 3 mm": (_after(top=27 * MM), MOVED),
             "the object rose by 3 mm": (_after(top=33 * MM), MOVED),
@@ -93,7 +93,7 @@ CASES = (
         prefix="map, ",
     ),
     *group(
-        "what is felt is in two parts, goes on under a clamp, or is only the upper side",
+        "the felt surface is in two parts, goes on under a clamp, or is only the upper side",
         {
             "two objects": (lambda: mapped(_pair, (0, 0, 0), ACROSS, height=4 * MM).pieces, Value(2)),
             "contact at the clamp is told": (lambda: pressed(_long, height=26 * MM).cut, Value(True)),
@@ -110,7 +110,7 @@ CASES = (
         prefix="map, ",
     ),
     *group(
-        "nothing was felt, or nothing that is left can be reached",
+        "nothing was felt, or the rest cannot be reached",
         {
             "no contact": (
                 lambda: mapped(_nothing, (0, 0, 0)),

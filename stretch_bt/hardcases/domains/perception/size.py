@@ -106,7 +106,7 @@ def _two_presses() -> Any:
 def _star(count: int, share: float) -> list[float]:
     """Return in how many places an outline stands out from its circle, and how far, mm.
 
-    It is that of the press, drawn out by a share in `count` places and in between them.
+    It is the outline of the press, drawn out by a share in `count` places and in between them.
     """
     points, labels = _press()
     x, y = points[..., 0], points[..., 1]
@@ -174,7 +174,7 @@ CASES = (
         prefix="size, ",
     ),
     *group(
-        "the outline may be that of no shape that is known",
+        "the outline may belong to no known shape",
         {
             f"{count} corners": (
                 partial(_star, count, 0.06),
@@ -198,7 +198,7 @@ CASES = (
         prefix="size, ",
     ),
     *group(
-        "another unit, type, shape or name",
+        "an input has another unit, type, shape or name",
         {
             "metres passed as millimetres": (
                 lambda: _measured(move=lambda p: p * 1e3),

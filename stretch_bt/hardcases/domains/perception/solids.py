@@ -41,7 +41,7 @@ def _past_block(heading: float) -> list[float]:
 
 
 def _past_disc(kind: Any, heading: float) -> list[float]:
-    """Return how far places all around and 12 mm off the middle of a disc of 10 mm are outside it, or what else is given its sizes, m."""
+    """Return how far places all around, 12 mm off the middle, are outside a disc of 10 mm or another solid of its sizes, m."""
     turns = np.linspace(0, 2 * np.pi, 7)
     disc = _solid(kind, heading, radius=0.01, side=0.01, length=0.01, height=0.02)
     found: list[float] = outside(disc, 0.012 * np.column_stack([np.cos(turns), np.sin(turns)]) + MIDDLE[:2]).tolist()
@@ -66,7 +66,7 @@ def _felt(ground: Any, noise: float) -> float:
 
 
 def _falling_curvature(along_hand: bool) -> float:
-    """Return the part that counts as lying of a surface whose curvature falls evenly from 120 1/m to that of a plane."""
+    """Return the part that counts as lying of a surface whose curvature falls evenly from 120 1/m to 0."""
     place = (X if not along_hand else Y) * MM
     low, high = place.min(), place.max()
     # the second integral of a curvature 120 (high - p) / (high - low)
@@ -105,7 +105,7 @@ CASES: tuple[Hard, ...] = (
         prefix="solids, ",
     ),
     *group(
-        "a membrane that stays may lie on something or hang, and only its bend tells which",
+        "a membrane that stays as the hand rises may lie on something or hang, and only its bend distinguishes the two",
         {
             f"over a {name}, noise {noise:g} mm": (partial(_felt, ground, noise), Range(0.95))
             for name, ground in {"dome": DOME, "cylinder": RIDGE}.items()
