@@ -14,9 +14,9 @@ from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, 
 
 __all__ = ["contact_from_heights"]
 
-#: pixels along a side below which nothing can be told
+#: fewest pixels along a side of an image
 LEAST = 8
-#: of the extent of an image, by which its highest place may stand above the plane: heights in mm stand far above it
+#: largest height above the plane over the extent of the image: heights in mm exceed it by far
 STEEPEST = 5.0
 
 
@@ -96,7 +96,7 @@ def _labelled(
 
 
 def _given(labels: npt.ArrayLike, known: npt.NDArray[np.bool_]) -> tuple[LabelArray, npt.NDArray[np.float32]]:
-    """Return given labels, or a mask of what touches, as labels, with certainty where something is known."""
+    """Return given labels, or a mask of the pixels in contact, as labels, and their certainty: 1 where a pixel is valid."""
     given = np.asarray(labels)
     if given.shape != known.shape:
         raise InvalidInput(f"labels of heights {known.shape} have that shape, got {given.shape}")

@@ -1,4 +1,4 @@
-"""How far a lump that turns is from a ball: by how much the caps that the membrane shows of it differ from their mean."""
+"""How far a lump that turns is from a ball: the deviation from their mean of the caps that the membrane shows of it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 REACH = 0.58  # of the ball's radius: a cap 35 degrees wide, which the membrane still follows
 CELLS = 7  # to each side of the middle cell, across the reach and a little more
 CELL = 1 / 6.2  # of the radius
-DOWN = 0.2  # of the radius below the top: what lies higher tells where the middle of a cap is
+DOWN = 0.2  # share of the radius: a cap's middle is the mean of all places less than this below its top
 LEAST_PIXELS, LEAST_CELLS = 8, 16
 PARAMETERS = 3  # of the plane that is taken off each cap
 
@@ -69,7 +69,7 @@ def cap_of(contact: Contact, radius: float) -> Cap:
 
 
 def _binned(places: Array, heights: Array, contact: Contact) -> Cap:
-    """Return means in cells of heights (n,), m, at places (n, 2) in radii, less what is even and sloping in them."""
+    """Return means in cells of heights (n,), m, at places (n, 2) in radii, less their offset and slope."""
     x, y = places.T
     design = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
     fit, *_ = np.linalg.lstsq(design, heights, rcond=None)
@@ -91,10 +91,10 @@ def _binned(places: Array, heights: Array, contact: Contact) -> Cap:
 
 
 def cap_residual(caps: Sequence[Cap]) -> Estimate:
-    """Return the root mean square deviation of caps from their mean, m, without that of the noise.
+    """Return the root mean square deviation of caps from their mean, m, with the noise's variance subtracted.
 
-    A ball looks the same from all sides, also through a membrane that shows it changed: that drops out with the mean. Where noise
-    is more than what is there the residual is 0, and its standard deviation says how much that hides.
+    A ball looks the same from all sides, also through a membrane that shows it changed: that drops out with the mean. Where the
+    noise is the larger the residual is 0, and its standard deviation says how much the noise may hide.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def cap_residual(caps: Sequence[Cap]) -> Estimate:
     variance = float(((shared - shared.mean(axis=0)) ** 2).sum() / ((count - 1) * places))
     hidden = float(np.mean([cap.noise**2 for cap in caps]))
     left = max(variance - hidden, 0.0)
-    # about one in four cells tells something of its own, and noise is known to a tenth of its variance
+    # about one in four cells is independent, and the variance of noise is known to a tenth
     free = (count - 1) * max(places / 4, 1.0)
     sd = math.hypot(variance * math.sqrt(2 / free), 0.1 * hidden)
     return Estimate(math.sqrt(left), sd / (2 * math.sqrt(max(left, sd))) if sd else 0.0)

@@ -20,12 +20,12 @@ __all__ = ["confidence_of"]
 
 Image = npt.NDArray[np.float32]
 
-# A contact is labelled too wide even without noise: what is not much wider than the kernel by SMEARED of its widths over its radius in
-# them, as smoothed curvature reaches further than what touches; and by a mean and a deviation more, in kernel widths, over spheres,
+# A contact is labelled too wide even without noise: by SMEARED kernel widths over its radius in kernel widths, at most by SMEARED, as
+# smoothed curvature reaches further than the contact; and by a mean and a deviation more, in kernel widths, over spheres,
 # flat cylinders and cones, as part of the skirt of a slack sheet passes for contact.
 SMEARED = 1.4
 TAUT, UNKNOWN, SLACK = (0.0, 0.35), (0.4, 1.0), (2.0, 1.6)
-LEAST_RATIO = 6.0  # of the tensions, from which a sheet of unknown stretch is pulled; it is 9 and more at 5 mm, and at most 4 at 0
+LEAST_RATIO = 6.0  # ratio of the tensions from which a sheet of unknown stretch is pulled; it is 9 and more at 5 mm, and at most 4 at 0
 UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
@@ -35,7 +35,7 @@ def confidence_of(
 ) -> Image:
     """Return the probability that the label of each bin is right, with the ratio of the tensions and the stretch, m, where they are known.
 
-    The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by some
+    The edge of a contact is misplaced by the noise of its score over the score's gradient, and by some
     kernel widths; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
     deformed or not with the probability that noise does not lift it past the threshold, which `rise` is counted from.
     Where the membrane is raised and no contact was found, one is there and was missed: every raised pixel counts as
@@ -56,7 +56,7 @@ def confidence_of(
 
 
 def _edge(ratio: Estimate | None, stretch: float | None) -> tuple[float, float]:
-    """Return how far the edge of a contact lies within what is labelled, kernel widths, and the deviation of that between shapes."""
+    """Return how far the edge of a contact lies within the labels, kernel widths, and the deviation of that between shapes."""
     if stretch is not None and stretch < LEAST_PULL:
         return SLACK
     pulled = ratio is not None and (stretch is not None or ratio.value >= LEAST_RATIO)

@@ -23,7 +23,7 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     NoContact
         No pixel is in contact, or none is valid.
     IllConditioned
-        What is seen is no membrane in its plane, or too noisy, or depth comes in counts too coarse for its noise.
+        The frame shows no membrane in its plane, or is too noisy, or depth comes in counts too coarse for its noise.
     InvalidInput
         The frame does not say how far the camera is from the flat membrane.
     """
@@ -38,7 +38,7 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     if not valid.any():
         raise NoContact(
             "no pixel of the frame has depth, so that nothing is seen; look at the camera, and at `plane_distance` and the size of the"
-            " membrane in the cell, by which other pixels are left out"
+            " membrane in the cell, which leave out other pixels"
         )
     count = count_of(frame)
     even_out(points, count, frame.sequence)

@@ -1,4 +1,4 @@
-"""Noise that neighbours share: its size and its length, from what Gaussian means leave of an image."""
+"""Noise that neighbours share: its size and its length, from the residual of an image to Gaussian means."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def noise_of(residual: FloatArray, valid: MaskArray, sigma: float) -> tuple[floa
     Parameters
     ----------
     residual : (h, w) float
-        What is left of the image when its Gaussian mean over `sigma` pixels is taken away, twice: that takes a surface
+        The image with its Gaussian mean over `sigma` pixels subtracted, twice: that takes a surface
         away up to its third derivatives.
     valid : (h, w) bool
 
     Returns
     -------
     sd : float
-        In the unit of the image; with what the means took along given back.
+        In the unit of the image; the share that the means took away is added again.
     length : float
-        Of white noise smoothed by a Gaussian of this many pixels; 0 where the noise is white.
+        Pixels of the Gaussian that makes white noise alike to such a length; 0 where the noise is white.
     """
     every = max(1, math.ceil(residual.size / MOST))
     rows, seen = residual[::every], valid[::every]
@@ -54,14 +54,14 @@ def noise_of(residual: FloatArray, valid: MaskArray, sigma: float) -> tuple[floa
 
 @lru_cache(maxsize=64)
 def _left_over(sigma: float) -> tuple[Array, Array]:
-    """Return for each length the variance left of 1, and 1 less the correlation of neighbours in what is left."""
+    """Return for each length the variance left of 1, and 1 less the correlation of neighbours in the residual."""
     own = np.array([_left(length, sigma, 0.0) for length in LENGTHS])
     apart = 1.0 - np.array([_left(length, sigma, 1.0) for length in LENGTHS]) / own
     return own, np.minimum.accumulate(apart) - 1e-9 * np.arange(len(apart))
 
 
 def _left(length: float, sigma: float, d: float) -> float:
-    """Return the covariance at a distance `d` of what is left of noise of variance 1."""
+    """Return the covariance at a distance `d` of the residual of noise of variance 1."""
     if length == 0.0:
         means = (c * math.exp(-(d**2) / (2 * m * sigma**2)) / (2 * math.pi * m * sigma**2) for m, c in _means())
         return float(d == 0.0) + sum(means)

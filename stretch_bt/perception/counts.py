@@ -26,7 +26,7 @@ def count_of(frame: DepthFrame) -> float:
 def even_out(points: FloatArray, count: float, number: int) -> None:
     """Add to the heights of points (h, w, 3), m, one number each, drawn evenly from a count, m, where counts are coarse.
 
-    Noise is told by how most pixels differ from their neighbours, which counts hide. What is drawn makes each count as likely as
+    Noise is estimated from how most pixels differ from their neighbours, which counts hide. The numbers make each count as likely as
     heights about it are (Schuchman, Dither Signals and Their Effect on Quantization Noise, 1964); frames of a `number` have the same.
     """
     if count > COARSE:

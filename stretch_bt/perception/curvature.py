@@ -130,7 +130,7 @@ def _twice_mean(surface: Surface, bent: Bending, lateral: Lateral) -> Image:
 
 
 def spread(curvature: Image, trusted: MaskArray, expected: float) -> float:
-    """Return the noise of a curvature: what is expected of it, or the flatter half of the image where it shows more."""
+    """Return the noise of a curvature: as expected, or as the flatter half of the image shows it where that is more."""
     values = sample(curvature, trusted)
     if not values.size:
         return expected

@@ -29,7 +29,7 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
     depth : (h, w) float, m, or a DepthFrame
         Distance along the optical axis; 0, negative, NaN and infinite are invalid.
     intrinsics : Intrinsics
-        Those of this image; may be left out for a DepthFrame, which carries its own.
+        Intrinsics of this image; may be left out for a DepthFrame, which carries its own.
 
     Returns
     -------

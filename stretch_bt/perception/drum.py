@@ -31,7 +31,7 @@ LONGEST = 3.3  # of length over width, or the reverse: faces of 12 to 40 mm
 BOW, POWER = 2.3, 3.5
 ALIKE, ALIKE_FROM, ALIKE_TO, ALIKE_POWER = 0.35, 1.0, 10.0, 6.0
 CLEAR = 1e3  # a bow that is clearly none of a drum
-INSIDE = 0.75  # of the contact's radius, within which its curvature is told
+INSIDE = 0.75  # share of the contact's radius within which its curvature is fitted
 MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
 
@@ -55,11 +55,11 @@ def lift_off(
     labels : (h, w) uint8
         Classes as `segment` gives them.
     height : m
-        That of the membrane's top above its clamps.
+        Height of the membrane's top above its clamps.
     thickness : m
-        Of the membrane.
+        Thickness of the membrane.
     strain
-        By which the free membrane is stretched in its mounts, above 0, with its deviation.
+        Strain of the free membrane in its mounts, above 0, with its standard deviation.
     gauge : m
         Length of the membrane between its mounts when it is not stretched.
 
@@ -91,7 +91,7 @@ def lift_off(
 
 
 def _part(bow: float) -> float:
-    """Return what part of the lift of a flat top there is over one that bows."""
+    """Return the part of a flat top's lift that remains over a top with this bow."""
     return float(1.0 / (1.0 + (max(bow, 0.0) / BOW) ** POWER))
 
 

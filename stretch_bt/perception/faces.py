@@ -30,9 +30,9 @@ __all__ = ["Patch", "flat_or_round", "highest", "holds_summit", "with_above_plan
 
 Image = npt.NDArray[np.float32]
 
-SHARE = 0.9  # of the height of the top, from which a place counts as the top
+SHARE = 0.9  # share of the top's height from which a place counts as the top
 SHARE_SD = 0.045  # how much that share differs between contacts
-CERTAIN = 6.0  # standard deviations by which the top must rise
+CERTAIN = 6.0  # standard deviations, least rise of the top
 AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it at first
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
 MOST_BINS = 620_000  # of all windows that are searched for faces in one frame: a press takes a twentieth of that
@@ -49,7 +49,7 @@ class Patch:
 
 
 class Effort:
-    """What one frame may still cost, so that each is answered or refused in time."""
+    """Bins that one frame may still cost, so that each frame is answered or refused in time."""
 
     def __init__(self) -> None:
         self.left = MOST_BINS
@@ -59,7 +59,7 @@ class Effort:
         self.left -= bins
         if self.left < 0:
             raise IllConditioned(
-                "what looks curved is spread over the whole of the frame, as steps and edges of a room are, and not a membrane with an"
+                "curved places are spread over the whole of the frame, as steps and edges of a room are, and show no membrane with an"
                 " object in it; look where the camera points, and leave out what is not the membrane (`mask_membrane`)"
             )
 
@@ -87,9 +87,9 @@ def flat_or_round(
 
 
 def holds_summit(patch: Patch) -> bool:
-    """Tell whether the highest bin of a patch and of what meets it lies in the patch.
+    """Whether the highest bin of a patch and of its surroundings lies in the patch.
 
-    What an object lifts is higher than what it does not touch; a fold of a slack sheet falls to one side.
+    An object lifts the membrane above its surroundings; a fold of a slack sheet falls to one side.
     """
     window = bounds(patch.mask, 1)
     mask, height = patch.mask[window], patch.surface.smooth[window]
@@ -98,7 +98,7 @@ def holds_summit(patch: Patch) -> bool:
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, effort: Effort) -> Patch:
-    """Add what lies above the plane of the part and touches it, and fill holes; `score` is in units of its noise."""
+    """Add all bins above the plane of the part that hang together with it, and fill holes; `score` is in units of its noise."""
     effort.spend(surface.smooth.size // 2)
     above = _above(surface, part)
     whole = touching(part | (above > 0.0), part)
@@ -116,7 +116,7 @@ def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
 def curvature_of(surface: Surface, part: MaskArray) -> float:
     """Return the mean curvature, 1/m, of a quadratic through the unsmoothed heights of a part.
 
-    Smoothing would carry the bend at a rim into a face that is flat. Infinite where the part is too small to tell.
+    Smoothing would carry the bend at a rim into a face that is flat. Infinite where the part is too small for a fit.
     """
     v, u = _some(part & surface.valid)
     if len(u) < 12:

@@ -20,11 +20,11 @@ __all__ = ["HandView", "view_of_hand"]
 
 Array = npt.NDArray[np.float64]
 
-#: how far off what is known of its distance the membrane may be at first, and off its plane then, m
+#: how far the membrane may be off its given distance at first, and off its plane then, m
 _SEARCHED, _NEAR = 0.035, 0.006
 #: the middle part of the membrane that edges are looked for at: the corners of a sheet are drawn in
 _MIDDLE = 0.5
-#: of the pixels along an edge, that must lie on one line
+#: share of the pixels along an edge that must lie on one line
 _ON_LINE = 0.5
 #: columns or rows that must show both edges
 _LEAST = 24
@@ -32,12 +32,12 @@ _LEAST = 24
 _PASSES = 3
 #: squares in which heights are averaged, m, and the part of the way to the fingers in which they are
 _CELL, _INSIDE = 0.007, 0.95
-#: lengths, m, over which the camera's error may be alike, and the variance that each square has of its own, over that of this error
+#: lengths, m, over which the camera's error may be alike, and the own variance of each square over the variance of this error
 _ALIKE, _OWN = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32), (1e-4, 1e-2, 0.3, 10.0)
 #: a pixel's edge is somewhere in it, alike for all that it runs along: the standard deviation of a number from 0 to 1
 _UNIFORM = 1 / math.sqrt(12)
-#: by which a free membrane is nowhere off its shape, and by which its middle is not nearer to the camera than its ends, m, whatever the error
-#: of the camera: 1.7 and 1.0 were the most that was seen of free ones, and pressed by 5 mm or more one of the two is larger
+#: largest residual of a free membrane to its shape, and how much nearer to the camera its middle is than its ends at most, m, whatever the
+#: camera's error: free ones showed 1.7 and 1.0 mm at most, and pressed by 5 mm or more one of the two is larger
 _BUMP, _RISEN = 0.0019, 0.0016
 
 
@@ -73,7 +73,7 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
     frame
         One frame, or better a mean of some.
     distance
-        From the camera to the membrane, m, as far as it is known, to 35 mm.
+        Distance from the camera to the membrane, m, known to 35 mm.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
         sides = _edges(flat, on, along=0, pitch=pitch)
         length = ends.high - ends.low
         level, cover = _level(flat, on, (ends.low + ends.high) / 2, length / 2)
-        if not again:  # the plane in which the edges were found stays that of the result
+        if not again:  # the result keeps the plane in which the edges were found
             break
         normal = np.array([-level[1], -level[2], 1.0]) @ _upright(normal)
         normal /= np.linalg.norm(normal)
@@ -185,7 +185,7 @@ def _edges(flat: Array, on: MaskArray, *, along: int, pitch: float) -> _Edges:
     span = float(np.ptp(where[first, lines][:, across]))
     scatter = math.hypot(left, right) / 2 / math.sqrt(len(lines) / 4)
     half = _UNIFORM * pitch
-    sd = math.hypot(half, scatter)  # what shifts both edges alike is in it
+    sd = math.hypot(half, scatter)  # shifts that both edges share are in it
     slope_sd = math.hypot(2 * half, scatter) / span
     return _Edges(low, high, sd, (slope_low + slope_high) / 2, slope_sd)
 
@@ -208,15 +208,15 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
 def _level(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Array, Array]:
     """Return height at the middle and slopes along x and y of the plane through the ends, and their covariance.
 
-    A sag between the ends is fitted beside them. What is left is taken for the camera's error, which is alike over some length; that length
-    and its size are those of greatest restricted likelihood (Patterson and Thompson, Biometrika 58, 1971), so that the covariance
-    knows what an error that is smooth over the membrane does to a slope.
+    A sag between the ends is fitted beside them. The residual is taken for the camera's error, which is alike over some length; that length
+    and its size have the greatest restricted likelihood (Patterson and Thompson, Biometrika 58, 1971), so that the covariance
+    includes the error of a slope from an error that is smooth over the membrane.
     """
     x, y, z = _cells(flat, on, middle, half)
     part, across = (y - middle) / half, x / max(float(np.abs(x).max()), 1e-6)
     bow = 1 - part**2
     design = np.column_stack([np.ones_like(x), x, y, bow, bow * across**2, bow * part**2])
-    # the nearest shape: off the likeliest one it is by a smooth error of the camera too, which may be larger
+    # the nearest shape: the residual to the likeliest one holds a smooth error of the camera too, which may be larger
     near_by = np.linalg.lstsq(design, z, rcond=None)[0]
     most, risen = float(np.abs(z - design @ near_by).max()), float(near_by[3])
     if most > _BUMP or risen > _RISEN:

@@ -21,14 +21,14 @@ __all__ = ["pulled_down"]
 KERNEL = 10.0  # pixels of the Gaussian under which a place is low
 STEP = 4
 APART = 7  # steps, nearly three KERNELs: noise so far apart is independent
-SAME = 2e-3  # m, within which fingers set twice to one stretch are
+SAME = 2e-3  # m, largest difference of two stretches that count as one
 
 
 def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     """Return how far the lowest place of a membrane lies below where it hung freely when the pattern was learned, m.
 
     `frame`, one or a mean of several, is as the camera sent it less the pattern's error, and of the same stretch within
-    2 mm. The lowest of many noisy places is some two standard deviations low; a membrane that is pressed anywhere is no membrane to ask.
+    2 mm. The lowest of many noisy places is some two standard deviations low; the membrane must not be pressed anywhere.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     NoContact
         No place of the membrane is seen.
     IllConditioned
-        Too little of it is seen to tell the noise.
+        Too little of it is seen to estimate the noise.
     """
     check_kind("frame", frame, DepthFrame, FRAME)
     check_kind("pattern", pattern, Pattern, LEARNED)
@@ -55,7 +55,7 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     bends = (mean[first] - 2 * mean[middle] + mean[last])[trusted[first] & trusted[middle] & trusted[last]]
     if not bends.size:
         raise IllConditioned(
-            "too little of the membrane is seen to tell how much of its height is noise; keep the whole of it in view, free of"
+            "too little of the membrane is seen to estimate the noise of its height; keep the whole of it in view, free of"
             " reflections"
         )
     noise = MAD_TO_SD * float(np.median(np.abs(bends - np.median(bends)))) / math.sqrt(6)

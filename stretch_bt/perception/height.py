@@ -60,10 +60,10 @@ def track_height(
     curvature: Estimate | None = None,
     reach: float | None = None,
 ) -> Estimate:
-    """Return the height of the object's top, z of the membrane frame, m; of several contacts apart, that of the highest.
+    """Return the height of the object's top, z of the membrane frame, m; with several separate contacts, the height of the highest.
 
-    The vertex of a free quadratic over a disc has four times the variance of the mean; where the curvature of a round top is known, the
-    mean and that tell its height. Where noise is alike over much of a contact, wider discs tell it, with what the membrane around it adds.
+    The vertex of a free quadratic over a disc has four times the variance of the mean; where the curvature of a round top is known, it
+    and the mean give the height. Where noise is alike over much of a contact, wider discs give it, with the membrane around the contact.
 
     Parameters
     ----------
@@ -72,15 +72,15 @@ def track_height(
     labels : (h, w) uint8
         Classes as `segment` gives them, of this frame or of an earlier one with the same contact.
     curvature
-        Of the top, 1/m, where something else knows it; left aside where the points say otherwise by three standard deviations.
+        Curvature of the top, 1/m, where it is known from elsewhere; ignored where the points differ from it by three standard deviations.
     reach : float, m
-        How high or low the membrane can be (`HandGeometry.reach`), where that is known.
+        Largest height or depth that the membrane can have (`HandGeometry.reach`), where it is known.
 
     Returns
     -------
     Estimate
-        Its standard deviation counts over how many pixels noise is alike, up to some ten, as the frame itself shows it, and that heights
-        come in steps, as far as the noise does not even them out. What a camera is off by over all of the contact is not in it.
+        Its standard deviation includes noise that is alike over up to some ten pixels, as the frame itself shows it, and the steps in
+        which heights come, as far as the noise does not even them out. A camera's error that all of the contact shares is not in it.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def _highest(
     curvature: Estimate | None,
     tops: list[_Top],
 ) -> Estimate:
-    """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher, or of a face that leans."""
+    """Return the height, m, of the highest top, or of a part of all pixels in contact (h, w) that stands clearly higher, or of a face that leans."""
     if noise is None:
         return max((top.height for top in tops), key=lambda height: height.value)
     flat = len(tops) == 1 and not tops[0].is_curved
@@ -141,7 +141,7 @@ def _highest(
         return lean.height
     top = _highest_part(points, valid, touching, noise, others, curvature, tops)
     if lean is None or (lean.is_hidden and top != tops[0].height):
-        return top  # a higher part is no contact that leans, and what that leaves unseen is not its error
+        return top  # a higher part is no contact that leans: an unseen part of a face adds no error to it
     return lean.of(top)
 
 
@@ -154,7 +154,7 @@ def _highest_part(
     curvature: Estimate | None,
     tops: list[_Top],
 ) -> Estimate:
-    """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher."""
+    """Return the height, m, of the highest top, or of a part of all pixels in contact (h, w) that stands clearly higher."""
     means = HighMeans.of(points, valid, touching)
     for left in range(PARTS, -1, -1):
         top = max((top.height for top in tops), key=lambda height: height.value)
@@ -193,7 +193,7 @@ def _tops(
 def top_of_points(points: FloatArray) -> Estimate:
     """Return the height, m, of the top of contact points (n, 3), m, membrane frame; raises as `track_height`.
 
-    Its standard deviation is that of noise independent from point to point.
+    Its standard deviation assumes noise that is independent from point to point.
     """
     check_array("points", points)
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
@@ -206,7 +206,7 @@ def top_of_pixels(
 ) -> Estimate:
     """Do as `top_of_points` with points (n, 3), m, of the pixels (n,) of an image `wide` pixels wide, and its noise where that is known.
 
-    Its deviation counts `by_half` times by how much a disc half as wide tells another height.
+    Its standard deviation includes `by_half` times the difference from the height of a disc half as wide.
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], places[some], wide, noise)
@@ -230,7 +230,7 @@ def _some(places: Places) -> Places:
 
 
 def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None) -> Points:
-    """Return those of points (n, 3), m, that are finite, enough for a height."""
+    """Return the finite ones of points (n, 3), m; too few for a height are refused."""
     cloud = np.asarray(points, dtype=np.float64)
     found = Points(np.ascontiguousarray(cloud.T), places, wide, noise)
     finite = np.isfinite(found.cloud).all(axis=0)
@@ -269,7 +269,7 @@ def _best(points: Points, known: Estimate | None = None, by_half: float = 1.0) -
 
 
 def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
-    """Return by how much, m, the inner half of a disc tells another height than the disc, past what noise explains (Hausman, 1978).
+    """Return the difference, m, of the heights from a disc and from its inner half, beyond what noise explains (Hausman, 1978).
 
     Then the disc holds skirt, which no quadratic follows.
     """

@@ -1,4 +1,4 @@
-"""Telling a held membrane from a room: it stands in its plane at the ends that hold it, and nowhere far behind it."""
+"""How a held membrane differs from a room: it stands in its plane at the ends that hold it, and nowhere far behind it."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ __all__ = ["check_held"]
 # `python -m benchmarks.no_membrane`: solved presses to 30 mm deep at stretches of 0 to 60 mm, with 1 mm of noise, reach 0.07 at the
 # ends and have nothing of themselves behind the plane; 3 of some 800 frames of people at 0.45 to 1 m, wherever their plane is said to be, keep
 # to all three. Past the sides that a press of 30 mm draws in, a table is 7 % of what is seen.
-END = 0.1  # of the length seen, by which the median of an end may stand off the plane
-STRIP = 0.05  # of the length seen, which counts as its end
-BEHIND = 0.1  # of the length seen, that a membrane hangs behind its plane at most
+END = 0.1  # share of the length seen: how far the median of an end may stand off the plane
+STRIP = 0.05  # share of the length seen that counts as its end
+BEHIND = 0.1  # share of the length seen: how far a membrane hangs behind its plane at most
 FEW = 0.1  # share of the pixels that may lie farther behind, beside single ones that fly
-SHORTEST = 0.06  # m: what is seen of a membrane over less may all be lifted
-LEAST = 8  # bins along each side from which ends can be told
+SHORTEST = 0.06  # m: where less of a membrane is seen, all of it may be lifted
+LEAST = 8  # fewest bins along each side that show ends
 
 Image = npt.NDArray[np.float32]
 
 
 def check_held(cleaned: Cleaned, surface: Surface) -> None:
-    """Raise IllConditioned unless points in the membrane frame may be those of a membrane held in the plane z = 0.
+    """Raise IllConditioned unless points in the membrane frame may belong to a membrane held in the plane z = 0.
 
     Either the first and last rows or the first and last columns must stand near the plane; a side that an object lifts may leave it.
-    `surface` is that of the cleaned points, which lack what is far behind.
+    `surface` is the surface of the cleaned points, which lack points far behind.
     """
     box = valid_box(surface.valid)
     seen, height = surface.valid[box], surface.smooth[box] + np.float32(surface.level)
@@ -41,13 +41,13 @@ def check_held(cleaned: Cleaned, surface: Surface) -> None:
     behind = _share_behind(cleaned, BEHIND * length)
     if behind > FEW:
         raise IllConditioned(
-            f"this is no membrane: {100 * behind:.1f} % of what is seen lies more than {1e3 * BEHIND * length:.0f} mm behind the plane of the"
+            f"this is no membrane: {100 * behind:.1f} % of the surface seen lies more than {1e3 * BEHIND * length:.0f} mm behind the plane of the"
             " flat membrane; look where the camera points, correct `plane_distance`, and leave out what is not the membrane (`mask_membrane`)"
         )
     off = min(_off(height, seen), _off(height.T, seen.T), key=abs)
     if abs(off) > END * length:
         raise IllConditioned(
-            f"this is no membrane, or none in its plane: an end of what is seen stands {1e3 * off:.0f} mm out of the plane of the flat"
+            f"this is no membrane, or none in its plane: an end of the surface seen stands {1e3 * off:.0f} mm out of the plane of the flat"
             " membrane, where the fingers hold it; look where the camera points, correct `plane_distance`, and let all of the membrane be seen"
         )
 

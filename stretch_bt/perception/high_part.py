@@ -1,4 +1,4 @@
-"""What of a contact stands clearly above the top that was found in it: then skirt was taken for contact."""
+"""The part of a contact that stands clearly above the top found in it: then skirt was taken for contact."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ MEDIAN = 5  # pixels along a side, of the median that takes away single wild one
 LEAST_ABOVE, BEYOND = (
     3.0,
     1.5,
-)  # standard deviations, at least, and past what the highest of as many means stands above them all
-FALL = 0.15  # of its height, by which a top falls within the part that shows it
+)  # standard deviations, at least, and added to how far the highest of as many means stands above them all
+FALL = 0.15  # share of its height that a top falls within the part that shows it
 LEAST = 60  # pixels of such a part
 PATCHES = 2.0  # independent values that it must hold to show a top
-BENT = 0.03  # of its height, by which a top falls within such a mean, or less
+BENT = 0.03  # share of its height that a top falls within such a mean, or less
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,37 +20,37 @@ __all__ = ["Lean", "lean_of", "share_beyond"]
 
 Image = npt.NDArray[np.float32]
 
-LEAST_WIDE = 5  # pixels along a side, of the means that are held against the plane
-LENGTHS = 2.0  # sides of a square of pixels that share one error, that such a mean is wide
-SHARE = 0.4  # of a side of the contact, that such a mean is wide at most
+LEAST_WIDE = 5  # pixels along a side, of the means that are compared with the plane
+LENGTHS = 2.0  # width of such a mean, in sides of a square of pixels that share one error
+SHARE = 0.4  # share of a side of the contact: largest width of such a mean
 MEDIAN = 5  # pixels along a side, of the median that takes the place of single wild ones
-WILD = 4.0  # standard deviations of noise, past which a pixel is
+WILD = 4.0  # standard deviations of noise, past which a pixel is wild
 BESIDE = 2.5  # standard deviations of a mean, within which it lies in the plane
-LEAST_BESIDE = 0.1e-3  # m; no more shows of the membrane's own bend at a rim
-AROUND = 1.5  # sides of the contact, as far as which the face is looked for
-MOST_SIDE = 200  # means along a side of what is looked at
-GROWTH = 4  # means, by which the face may grow in a round
+LEAST_BESIDE = 0.1e-3  # m, this bound at least; the membrane's own bend at a rim shows no more
+AROUND = 1.5  # sides of the contact, within which the face is looked for
+MOST_SIDE = 200  # means along a side of the window
+GROWTH = 4  # means, largest growth of the face in a round
 ROUNDS = 24
 LEAST = 30  # means of a face
-MOST = 2_500  # means that show a plane well enough to tell what lies in it
-SAME = 0.005  # of the means, that change where it has settled
+MOST = 2_500  # means, enough to fit a plane well
+SAME = 0.005  # share of the means that still change where it has settled
 CLEARLY = 3.0  # standard deviations of a lean, and of a bend
 BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
-STEEPEST = math.tan(math.radians(10.0))  # of a top: a steeper one is a flank, from which the membrane hangs
-HELD = 0.7  # of the contact, that lies in the plane of a face
-WHOLE = 2.5  # times the contact, of which a plane holds less that ends where the face does, and not somewhere down the skirt
-CLEAR = 0.06  # of how far the middles of contact and plane lie apart, by which that changes for twice the bound where the plane ends clearly
-# Parts of how far they lie apart, by which that of the plane errs, and that of the contact where the plane does not end clearly; and of the rise
-# of a contact, where noise hides the plane: set over the first 24 surfaces of each row of `python benchmarks/leaning_tops.py`.
+STEEPEST = math.tan(math.radians(10.0))  # steepest slope of a top: a steeper one is a flank, from which the membrane hangs
+HELD = 0.7  # share of the contact that lies in the plane of a face
+WHOLE = 2.5  # times the contact: a plane that ends where the face does, and not somewhere down the skirt, holds less
+CLEAR = 0.06  # share of the distance between the middles of contact and plane: twice the bound changes it by less where the plane ends clearly
+# Standard deviations, as parts of this distance: of the plane's middle, and of the contact's where the plane does not end clearly; and as a part
+# of the rise of a contact, where noise hides the plane: set over the first 24 surfaces of each row of `python benchmarks/leaning_tops.py`.
 OFF, OFF_UNCLEAR, OFF_HIDDEN = 0.15, 0.8, 0.6
-RIM = 0.4e-3  # m, by which the middle of what lies in the plane is off, as the membrane leaves a rim in a round
-FARTHEST = 1.2  # radii of the face times the slope, that the middles lie apart at most
-FINE = 0.25e-3  # m, within which a mean lies in the plane where noise is too little to hide where it ends
-SMOOTH = 1.5  # by which errors that are alike over a part of a plane tilt it more than independent ones do
+RIM = 0.4e-3  # m, error of the place of a face's middle, as the membrane leaves a rim in a round
+FARTHEST = 1.2  # largest distance between the middles, in radii of the face times the slope
+FINE = 0.25e-3  # m: below such a bound noise is too little to hide where the plane ends
+SMOOTH = 1.5  # factor: errors that are alike over a part of a plane tilt it more than independent ones do
 
 
 class _Plane(NamedTuple):
-    """z = height + a (x - x0) + b (y - y0); `size`, m, is the rms distance of what showed it from its middle, along an axis."""
+    """z = height + a (x - x0) + b (y - y0); `size`, m, is the rms distance of its points from its middle, along an axis."""
 
     height: float
     a: float
@@ -71,8 +71,8 @@ class _Plane(NamedTuple):
 class Lean:
     """How a flat top leans: `height`, m, of the middle of its face, None where that is not seen.
 
-    `unseen`, m, is the standard deviation that the height of what was taken for contact has then, as it may be the high part alone;
-    `is_hidden` says that noise hides what lies in its plane, so that a contact with skirt in it looks alike.
+    `unseen`, m, is then the standard deviation of the contact's height, as the contact may be the high part of the face alone;
+    `is_hidden` says that noise hides the rest of its plane, so that a contact with skirt in it looks alike.
     """
 
     height: Estimate | None
@@ -80,7 +80,7 @@ class Lean:
     is_hidden: bool = False
 
     def of(self, top: Estimate) -> Estimate:
-        """Return the height of the top, m, of which the contact alone tells `top`, m."""
+        """Return the height of the top, m, when the contact alone gives `top`, m, as its height."""
         return self.height or Estimate(top.value, math.hypot(top.sd, self.unseen))
 
 
@@ -100,7 +100,7 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
 
 
 def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estimate) -> Lean:
-    """Return how a top leans by what lies in the plane of its contact."""
+    """Return how a top leans by the face in the plane of its contact."""
     face = _leaning(seen, noise)
     if face is None:
         return Lean(None, 0.0)
@@ -126,7 +126,7 @@ def share_beyond(points: FloatArray, valid: MaskArray, touching: MaskArray, nois
 
 
 def _leaning(seen: _Seen, noise: NoiseSpectrum) -> tuple[MaskArray, _Plane, bool] | None:
-    """Return what `_grown` does where its plane clearly leans, and is no flank, else None."""
+    """Return the face that `_grown` finds where its plane clearly leans, and is no flank, else None."""
     found = _grown(seen)
     if found is None:
         return None
@@ -136,12 +136,12 @@ def _leaning(seen: _Seen, noise: NoiseSpectrum) -> tuple[MaskArray, _Plane, bool
 
 
 def _is_held(seen: _Seen, mask: MaskArray) -> bool:
-    """Tell whether what lies in the plane of a contact holds most of it."""
+    """Whether most of a contact lies in its plane."""
     return bool(np.count_nonzero(mask & seen.start) > HELD * np.count_nonzero(seen.start & seen.seen))
 
 
 def _apart(top: Estimate, seen: _Seen, mask: MaskArray, plane: _Plane) -> tuple[float, bool]:
-    """Return how far the middle of a contact lies above that of what lies in its plane, m, and whether that ends clearly."""
+    """Return how far the middle of a contact lies above the middle of the face in its plane, m, and whether the face ends clearly."""
     wider = _near(seen, plane, mask, 2.0 * seen.beside, 0)
     own, more = (float(plane.at(seen.x[m], seen.y[m]).mean()) for m in (mask, mask if wider is None else wider))
     grew = np.count_nonzero(mask) / np.count_nonzero(seen.start)
@@ -165,7 +165,7 @@ class _Seen:
     """Means of heights (h, w), m, of a part of an image, of every second, third ... row and column, and the contact in it.
 
     `places` (h, w) are the numbers of their pixels, `beside`, m, is how far a mean lies off the plane it is in, at most,
-    and `radius`, m, is that of the contact.
+    and `radius`, m, is the contact's radius.
     """
 
     x: Image
@@ -181,7 +181,7 @@ class _Seen:
 
 
 def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum) -> _Seen:
-    """Return what is seen around pixels in contact (h, w)."""
+    """Return the means around pixels in contact (h, w)."""
     import cv2
 
     left, top, across, down = cv2.boundingRect(touching.view(np.uint8))
@@ -219,7 +219,7 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
 
 
 def _radius(cloud: FloatArray, there: MaskArray) -> float:
-    """Return the radius, m, of a disc as large as what is there of points (h, w, 3), m."""
+    """Return the radius, m, of a disc as large as the area of points (h, w, 3), m, in a mask."""
     import cv2
 
     count = np.count_nonzero(there)
@@ -231,7 +231,7 @@ def _radius(cloud: FloatArray, there: MaskArray) -> float:
 
 
 def _grown(seen: _Seen) -> tuple[MaskArray, _Plane, bool] | None:
-    """Return what lies in the plane of the contact and hangs together with it, that plane, and whether it has settled; None if there is none."""
+    """Return the means in the plane of the contact that hang together with it, that plane, and whether it has settled; None if there is none."""
     mask, done = seen.start, False
     for _ in range(ROUNDS):
         plane = _plane(seen, mask, MOST)
@@ -286,7 +286,7 @@ def _near(seen: _Seen, plane: _Plane, mask: MaskArray, beside: float, growth: in
 
 
 def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, noise: NoiseSpectrum) -> bool:
-    """Tell whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane."""
+    """Whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane."""
     places = seen.places.reshape(-1)[_inner(seen, mask)]
     cloud = points.reshape(-1, 3)[places].astype(np.float64).T
     step = step_of(cloud[2], points[..., 2].ravel())  # all of a face may lie in one count

@@ -27,9 +27,9 @@ QUIET = 0.5  # share of the patches, those with least residual, that the correla
 class PixelNoise(BriefRepr):
     """Noise within one image, patch by patch.
 
-    `sd` (n,), m, is that of the residual to a quadratic over a patch, and `depth` (n,), m, the patch's distance.
-    `correlation` (lags,) is that of the residual with itself 1, 2 ... pixels aside, over the quieter half of the patches.
-    What is smooth over a patch (distortion, drift) is not in it, and noise correlated over a quarter of a patch or more
+    `sd` (n,), m, is the standard deviation of the residual to a quadratic over a patch, and `depth` (n,), m, the patch's distance.
+    `correlation` (lags,) is the residual's correlation with itself 1, 2 ... pixels aside, over the quieter half of the patches.
+    Errors that are smooth over a patch (distortion, drift) are not in it, and noise correlated over a quarter of a patch or more
     comes out too small and its correlation too short.
     """
 
@@ -42,9 +42,9 @@ class PixelNoise(BriefRepr):
 class FrameNoise(BriefRepr):
     """Noise from frame to frame of a still scene.
 
-    `sd` (h, w), m, is that of each pixel about its mean over the frames, NaN where it was not always seen.
-    `correlation` (lags,) is that of a pixel with itself 1, 2 ... frames later, over all pixels, with the share that the
-    means take along given back as if frames were independent.
+    `sd` (h, w), m, is each pixel's standard deviation about its mean over the frames, NaN where it was not always seen.
+    `correlation` (lags,) is a pixel's correlation with itself 1, 2 ... frames later, over all pixels; the share that the
+    means take away is added again as if frames were independent.
     """
 
     sd: FloatArray
@@ -75,7 +75,7 @@ def pixel_noise(depth: FloatArray | DepthFrame, *, width: int = 15, lags: int = 
     patches, whole = _tiles(image.astype(np.float64), width), _tiles(valid, width).all(axis=(1, 2))
     if not whole.any():
         raise IllConditioned(
-            f"no patch of {width} x {width} pixels is valid throughout, so that no noise can be told apart;"
+            f"no patch of {width} x {width} pixels is valid throughout, so that no noise can be measured;"
             " choose narrower patches, or keep reflections off what is seen"
         )
     flat = patches[whole].reshape(-1, width * width)
@@ -107,7 +107,7 @@ def _beside(residual: Array, lag: int) -> float:
 
 
 def _length(given: Any) -> int:
-    """Return how many images a list or a stack of them holds; 0 for what is none."""
+    """Return how many images a list or a stack of them holds; 0 for anything else."""
     images = isinstance(given, Sequence) and not isinstance(given, str)
     return len(given) if images or getattr(given, "ndim", 0) > 0 else 0
 

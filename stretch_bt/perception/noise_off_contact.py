@@ -1,11 +1,11 @@
 """Noise of long correlation, measured where the membrane is free: there its mean over an ellipse is its height in the middle.
 
 The free membrane obeys T_i z_xx + T_j z_yy = 0 (the shallow membrane). With y scaled by sqrt(T_i / T_j) it is harmonic, and the mean of a
-harmonic function over a disc is its value in the middle of the disc. What an ellipse of that shape leaves of the middle is therefore noise,
+harmonic function over a disc is its value in the middle of the disc. The middle less the mean over an ellipse of that shape is therefore noise,
 however steep the membrane is, and noise of a length up to half the ellipse passes nearly whole.
 
 No surface is quite harmonic: a steep sheet is not shallow, and a clamp bends it. That error grows with the curvature of the membrane, and noise
-is alike everywhere, so that the variance of what is left is taken at no curvature.
+is alike everywhere, so that the variance of the residual is taken at no curvature.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ STEP = 4  # pixels of a bin, by side; a power of 2
 RADIUS = 16.0  # pixels, the geometric mean of the semi-axes: the noise that passes is up to half as long
 RATIOS: tuple[float, ...] = tuple(np.geomspace(1.0, 5.0, 9).tolist())  # of the semi-axes along j and i
 FIRST = (4, 2, 6, 0, 8)  # of RATIOS, the likeliest first
-# bins; Gaussians after which the variance of what is left is taken, as bins alone hold more white noise than long
+# bins; Gaussians after which the variance of the residual is taken, as bins alone hold more white noise than long
 MEANS = (1.0, 2.0)
 BENT = 2.0  # bins; of the Gaussian with which curvatures are seen
 SEEN = 0.8  # share of a bin's pixels that must be valid
-WHOLE = 0.95  # share of the ellipse that must be
-LEAST = 60  # bins from which a residual tells anything
+WHOLE = 0.95  # share of the ellipse that must be valid
+LEAST = 60  # fewest bins of a residual
 CUT, ROUNDS = 3.5, 3  # standard deviations past which a residual is no noise, and how often they are taken
-AROUND = np.ones((5, 5), dtype=np.uint8)  # bins around it that are not either
+AROUND = np.ones((5, 5), dtype=np.uint8)  # bins around such a one that are no noise either
 LEAST_KEPT = 0.3  # of the bins
-LEAST_LEFT = 0.01  # of a variance, once that of stripes, which is only roughly known, is taken off
-# Variance that the curvature brings at its median, over that of noise; and the logarithm of a likelihood that makes it believed
+LEAST_LEFT = 0.01  # least share of a variance that remains when the stripes' variance, which is only roughly known, is subtracted
+# Variance that the curvature adds at its median, over the noise's; and the gain in log likelihood from which it is believed
 BY_CURVATURE: Image = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0], dtype=np.float32)
 GAIN = 1.0
 PATCH = 400.0  # pixels that count as one independent value: as of noise alike over 5.6 pixels
@@ -50,13 +50,13 @@ PATCH = 400.0  # pixels that count as one independent value: as of noise alike o
 
 @dataclass(frozen=True, slots=True)
 class LeftByEllipse:
-    """Variances (k,), m^2, of what an ellipse leaves after each of MEANS, with the `ratio` of its semi-axes."""
+    """Variances (k,), m^2, of the residual to an ellipse after each of MEANS, with the `ratio` of its semi-axes."""
 
     variances: Array
     ratio: float
 
     def expected(self, lengths: tuple[float, ...]) -> Array:
-        """Return the same (k, n) of noise of variance 1 of each length, pixels."""
+        """Return the same variances (k, n) for noise of variance 1 of each length, pixels."""
         return _expected(self.ratio, lengths)
 
 
@@ -75,16 +75,16 @@ class _Free:
 def left_by_ellipse(
     cleaned: Cleaned, free: MaskArray, lengths: tuple[float, ...], enough: Array
 ) -> LeftByEllipse | None:
-    """Return what the ellipse that leaves least leaves of a frame; None where too little of it is free, or one leaves little enough.
+    """Return the residual of a frame to the ellipse that leaves least; None where too little of it is free, or one leaves little enough.
 
     Parameters
     ----------
     free : (h, w) bool, of the cleaned part
         Where the membrane touches nothing.
     lengths : pixels
-        Of noise; what is left is compared with what is left of the last.
+        Lengths of noise; ellipses are compared by their residual over the one that noise of the last length leaves.
     enough : (k,) m^2
-        Variances of noise of these lengths: an ellipse that leaves no more than of such noise leaves nothing to find.
+        Variances of noise of these lengths: where an ellipse leaves no more than of such noise, nothing more is to be found.
     """
     bins, found = _bins(cleaned, free), dict[int, _View]()
 
@@ -126,7 +126,7 @@ def _means(image: Image, valid: MaskArray) -> Image:
 
 
 class _View:
-    """What an ellipse leaves of bins (h, w), m, and where that is seen."""
+    """The residual of bins (h, w), m, to an ellipse, and where it is seen."""
 
     def __init__(self, bins: _Free, ratio: float, stripes: Stripes) -> None:
         self.ratio, self._bent, self._stripes = ratio, _bent(bins, ratio), stripes
@@ -134,11 +134,11 @@ class _View:
         self._last = self.variance(-1)
 
     def size(self, lengths: tuple[float, ...]) -> float:
-        """Return the variance after the last of MEANS, over that of noise of variance 1 of the last of the lengths, pixels."""
+        """Return the variance after the last of MEANS, over the one that noise of variance 1 of the last length, pixels, leaves."""
         return self._last / float(_expected(self.ratio, lengths)[-1, -1])
 
     def leaves_no_more(self, lengths: tuple[float, ...], variances: Array) -> bool:
-        """Tell whether no more is left after the last of MEANS than of noise of variances (k,), m^2, of the lengths (k,), pixels."""
+        """Whether no more is left after the last of MEANS than of noise of variances (k,), m^2, of the lengths (k,), pixels."""
         return self._last <= float(_expected(self.ratio, lengths)[-1] @ variances)
 
     def variance(self, number: int) -> float:
@@ -179,8 +179,8 @@ def _rest(bins: _Free, ratio: float) -> tuple[Image, MaskArray]:
 def _bent(bins: _Free, ratio: float) -> Image:
     """Return the squared curvature (h, w) of the membrane, in a unit of its own.
 
-    Of noise that is alike in all directions it says nothing of what the ellipse leaves in the same place, as the two do not correlate
-    there: E[z_xx z_yy] is a third of E[z_xx^2] = E[z_yy^2].
+    With noise that is alike in all directions it does not correlate with the residual in the same
+    place: E[z_xx z_yy] is a third of E[z_xx^2] = E[z_yy^2].
     """
     along_i, along_j, both = bins.bends
     k = ratio**2
@@ -204,7 +204,7 @@ def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
 
 
 def _kept(rest: Image, there: MaskArray) -> MaskArray:
-    """Return where a residual is noise: what stands out, and what is around that, is a rim or a clamp."""
+    """Return where a residual is noise: bins that stand out, and the bins around them, are a rim or a clamp."""
     import cv2
 
     size = np.abs(rest)
@@ -231,7 +231,7 @@ def _ellipse(ratio: float) -> Image:
 
 @lru_cache(maxsize=len(RATIOS))
 def _of_lines(ratio: float) -> tuple[tuple[float, float], ...]:
-    """Return the variances, after each of MEANS, of what an ellipse leaves of rows and of columns of pixels, each of variance 1."""
+    """Return the variances, after each of MEANS, of the residual to an ellipse of rows and of columns of pixels, each of variance 1."""
     found = []
     for kernel in _kernels(ratio):
         across_rows, across_columns = kernel.sum(axis=1), kernel.sum(axis=0)
@@ -241,7 +241,7 @@ def _of_lines(ratio: float) -> tuple[tuple[float, float], ...]:
 
 @lru_cache(maxsize=len(RATIOS))
 def _kernels(ratio: float) -> tuple[Array, ...]:
-    """Return, after each of MEANS, what an ellipse leaves of a bin."""
+    """Return, after each of MEANS, the residual of a bin to an ellipse."""
     left = -_ellipse(ratio).astype(np.float64)
     left[left.shape[0] // 2, left.shape[1] // 2] += 1.0
     lines = (gaussian(mean, 0) for mean in MEANS)
@@ -250,7 +250,7 @@ def _kernels(ratio: float) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=len(RATIOS))
 def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
-    """Return the variances (k, n) of what an ellipse leaves, after each of MEANS, of noise of variance 1 of each length, pixels."""
+    """Return the variances (k, n) of the residual to an ellipse, after each of MEANS, of noise of variance 1 of each length, pixels."""
     rows = []
     for kernel in _kernels(ratio):
         own = _whole(kernel, kernel[::-1, ::-1])

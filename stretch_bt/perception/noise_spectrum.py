@@ -1,4 +1,4 @@
-"""Noise that pixels share over several lengths at once, from what Gaussian means of three widths leave of a frame."""
+"""Noise that pixels share over several lengths at once, from the residuals of a frame to Gaussian means of three widths."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ Image = npt.NDArray[np.float32]
 LENGTHS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.5, 9.0)  # pixels
 WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian, pixels, and how often it is taken away
 LAGS = 4
-#: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
+#: share of a residual that noise of each length must explain: the longest differ little from membrane, and from chance
 LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
-FREE_SHARE = (0.0, *[0.02] * 6)  # the same with what ellipses leave, which holds no membrane
+FREE_SHARE = (0.0, *[0.02] * 6)  # the same with residuals to ellipses, which hold no membrane
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
-LEAST = 60  # bins from which a width tells anything
+LEAST = 60  # fewest bins for a width
 ROUNDS = 4  # of variances, and the errors of sums of squares that follow from them
-SHORT = 3  # lengths that narrow means tell from membrane
+SHORT = 3  # lengths that narrow means separate from membrane
 LONG = 4  # lengths that only the widest mean shows, and takes part of for membrane
-# logarithm of the variance that an ellipse leaves over that of noise which means show: below the first it is chance, a kink or a clamp, and
-# from the second noise
+# logarithm of the variance that an ellipse leaves over what it would leave of the noise that means show: below the first it is chance, a kink
+# or a clamp, and from the second noise
 DOUBT = (0.45, 0.9)
-LEAST_SIZE = 0.3  # of a sum of squares, that its error follows from at least
+LEAST_SIZE = 0.3  # least size of a sum of squares for its error, as a share of the sum
 SWEEPS, SETTLED = 100, 1e-5
 MOSTLY_COUNTS = 1.3  # of the variance of counts, below which there is hardly other noise
 CELLS = 1.5  # cells in a length, in which its correlation is summed
@@ -87,11 +87,11 @@ class NoiseSpectrum:
         return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
 
     def sd_beside_counts(self, step: float) -> float:
-        """Return the standard deviation, m, of what is not due to heights that come in steps, m."""
+        """Return the standard deviation, m, of the noise without the part that steps of height, m, cause."""
         return math.sqrt(max(self.variance - step**2 / 12.0, 0.0))
 
     def beside_counts(self, step: float) -> NoiseSpectrum:
-        """Return it as white where it is that of steps, m, alone: they follow the surface, and only seem to be shared."""
+        """Return it as white noise where steps, m, alone cause it: they follow the surface, and only seem to be shared."""
         total = self.variance
         alone = total < MOSTLY_COUNTS * step**2 / 12.0
         return NoiseSpectrum(np.array([total]), np.zeros(1)) if alone else self
@@ -114,7 +114,7 @@ class NoiseSpectrum:
     def shared(self, design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], every: int = 1) -> Array:
         """Return the covariance (k, k) of sums of pixels, weighed by `design` (k, n), at rows and columns (n,), of all parts but the white.
 
-        `every` says that they are those of every second, third ... row and column.
+        `every` is 2, 3 ... where the pixels are of every second, third ... row and column.
         """
         total = self.stripes.shared(design, rows, columns)
         for variance, length in zip(self.variances, self.lengths, strict=True):
@@ -148,17 +148,17 @@ def _alike(
 def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskArray | None = None) -> NoiseSpectrum:
     """Return the noise of a frame.
 
-    What means of some widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
-    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane, and without `free`
-    part of that over more than five.
+    The covariance of the residuals to means of some widths, a few pixels apart, is compared with the one that noise of each length
+    leaves; least squares that are not negative give the variances. Noise alike over more than some ten pixels passes for membrane,
+    and without `free` a part of the noise alike over more than five.
 
     Parameters
     ----------
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
     free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there the mean over an ellipse tells noise up to some 9 pixels from membrane. It counts where means
-        show noise of more than 3 pixels, and where it leaves clearly more than the noise that they show.
+        Where the membrane touches nothing: there the mean over an ellipse separates noise of up to some 9 pixels from membrane. It counts
+        where means show noise of more than 3 pixels, and where its residual is clearly more than the noise that they show.
     """
     rows, found = list[Array](), list[Array]()
     for step, width, times in WIDTHS:
@@ -175,7 +175,7 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
 
 
 def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: list[Array], variances: Array) -> Array:
-    """Return variances (k,), m^2, of what means leave; those of what an ellipse leaves where they are long, or as far as it shows they are."""
+    """Return variances (k,), m^2, by means alone, by an ellipse too where noise is long, or in part, as far as the ellipse shows that it is."""
     is_long = bool(variances[LONG:].any())
     left = left_by_ellipse(cleaned, free, LENGTHS, (0.0 if is_long else math.exp(DOUBT[0])) * variances)
     if left is None:
@@ -190,7 +190,7 @@ def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: l
 
 
 def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
-    """Return variances (k,), m^2, that explain what narrow means and an ellipse leave; each sum of squares has an error in proportion to itself."""
+    """Return variances (k,), m^2, that explain the residuals to narrow means and an ellipse; each sum of squares errs in proportion to itself."""
     wanted = left.expected(LENGTHS)
     short = wanted[:, :SHORT] @ variances[:SHORT]  # that membrane does not hide
     seen = np.maximum(left.variances, short)
@@ -202,7 +202,7 @@ def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array
 
 
 def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
-    """Return the covariance (LAGS,), m^2, of what the mean of a width leaves of bins, with itself 0, 1 ... bins aside and below."""
+    """Return the covariance (LAGS,), m^2, of the residual of bins to the mean of a width, with itself 0, 1 ... bins aside and below."""
     raw, share = (_middle(image) for image in cleaned.bins(step))
     sigma = _sigma(step, width)
     rest = raw
@@ -259,7 +259,7 @@ def _of_length(length: float, step: int, sigma: float, times: int) -> Array:
 
 
 def _covariance_left(square: float, sigma: float, times: int, d: float) -> float:
-    """Return the covariance, at a distance d, of what is left of noise of variance 1 once its mean is taken away, some times.
+    """Return the covariance, at a distance d, of noise of variance 1 once its mean is subtracted, some times.
 
     The noise is white, or white noise after a Gaussian whose squared length is given; the power that is left is (1 - g)^(2 times).
     """

@@ -19,7 +19,7 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     Parameters
     ----------
     points : (h, w, 3) float, m
-        Camera or membrane frame; told apart by the distance beside the width.
+        Camera or membrane frame; distinguished by the distance relative to the width.
     valid : (h, w) bool
     kernel : float, m
         Standard deviation of the Gaussian; more averages more noise and rounds edges more.

@@ -27,14 +27,14 @@ Image = npt.NDArray[np.float32]
 KERNEL = 6.0  # pixels; a static error is smoother than that, and noise that frames did not average out is not
 DELAY = 15  # latest frames that are left out, as a press may have begun in them
 DRIFT = 4e-6  # m/s; standard deviation of how fast depth drifts over cameras: a quarter of a millimetre a minute
-LEAST_MEANS = 30  # frames from which a drift can be told
+LEAST_MEANS = 30  # fewest frames that show a drift
 LEARNED = "`FreeView.pattern` makes one"
 SEEN = 0.5  # share of the frames in which a pixel must be valid
-#: m; what a silicone membrane hangs by in its middle, where nothing is known of it
+#: m; prior of the sag of a silicone membrane in its middle, where nothing more is known of it
 HANG = Estimate(3e-4, 3e-4)
-SIDES = 0.13  # of the hang in the middle, by which the free sides hang lower: of solved sheets 90 mm wide
-FAR = 2.0  # standard deviations of what a static error adds, past which a membrane hangs by far more or less
-PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
+SIDES = 0.13  # how much lower the free sides hang, over the sag in the middle: of solved sheets 90 mm wide
+FAR = 2.0  # standard deviations that a static error adds to a sag, past which a membrane hangs by far more or less
+PART = 0.7  # standard deviation that a static error adds to a sag fitted to it, over its own
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -43,23 +43,23 @@ class Pattern(BriefRepr):
 
     error: Image  # (h, w) float32, m, 0 where unknown
     hung: Image  # (h, w) float32, m, how far below the flat membrane each place of it hung meanwhile
-    left: Length  # about the standard deviation of what `error` misses
+    left: Length  # about the standard deviation of the part that `error` misses
     hang: Length  # sag of the middle of the membrane, as estimated
     hang_sd: Length  # standard deviation of hang, and of heights in the world
-    rate: Speed  # by which depth grew as the camera warmed
-    time: Time  # of the camera, at which the error was so
-    stretch: Length | None = None  # of the membrane meanwhile
+    rate: Speed  # speed at which depth grew as the camera warmed
+    time: Time  # time of the camera at which the error was so
+    stretch: Length | None = None  # stretch of the membrane meanwhile
     camera: str = ""  # name of the camera in the task, where it is known
 
 
 class FreeView:
     """Mean of frames of the free membrane, from which the static error of the camera follows.
 
-    A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp, a little lower at its free
-    sides. What is left of the mean beside the plane and that shape is the camera's. How far it hangs cannot be told from a static error
-    of the same shape; the estimate is that of least squares, drawn to what is known of the membrane by as much
-    as what is left over makes it uncertain, unless it hangs by far more or less. Under a press a membrane no longer hangs, so that its
-    hang must not be taken off with the error. How the mean depth of the view changes from frame to frame tells how fast the
+    A membrane in tension is flat but for the sag under its own weight: a parabola from clamp to clamp, a little lower at its free
+    sides. The residual of the mean to the plane and that shape is the camera's error. The sag cannot be distinguished from a static error
+    of the same shape. Its estimate is a least-squares fit weighted with a prior; the residual gives the variance of the fit. A membrane
+    that hangs by far more or less than the prior is believed as it is seen. Under a press a membrane no longer hangs, so that its
+    sag must not be subtracted with the error. The change of the mean depth from frame to frame shows how fast the
     camera drifts.
     """
 
@@ -104,9 +104,9 @@ class FreeView:
             self._means.append((frame.time, float(frame.raw.sum(dtype=np.uint64)) / seen * frame.unit))
 
     def pattern(self, gauge: float, hang: Estimate = HANG, width: float = math.inf) -> Pattern | None:
-        """Return the static error that the frames so far show, for a membrane that is known to hang so in its middle, m.
+        """Return the static error that the frames so far show, for a membrane with the prior `hang` of the sag in its middle, m.
 
-        `gauge`, m, is its length from clamp to clamp at stretch 0, and `width`, m, that across, where it is known.
+        `gauge`, m, is its length from clamp to clamp at stretch 0, and `width`, m, its size across, where it is known.
 
         None where no frame counts yet, or they do not say how far the flat membrane is or show nothing.
         """
@@ -116,7 +116,7 @@ class FreeView:
         depth = self._total / np.maximum(self._seen, 1) * frame.unit
         deeper, weight = (depth - frame.plane_distance).astype(np.float32), known.astype(np.float32)
         once, cover = smooth(deeper, weight, KERNEL)
-        # What a mean misses of a bent surface, the mean of what is left shows (Tukey's twicing).
+        # The mean of the residual shows the part of a bent surface that a mean misses (Tukey's twicing).
         again, _ = smooth(deeper - once, weight, KERNEL)
         error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
         across, along = np.moveaxis(ray_table(frame.intrinsics)[..., :2] * frame.plane_distance, 2, 0)
@@ -138,7 +138,7 @@ class FreeView:
 
 
 def _hang(error: Image, shape: Image, known: MaskArray, told: Estimate) -> Estimate:
-    """Return by how much a membrane hangs, m, that seems to lie deeper by `error`, m, than flat, and is told to hang so."""
+    """Return the sag, m, of a membrane that seems to lie deeper by `error`, m, than flat, with `told` as the prior of its sag."""
     e, b = error[known].astype(np.float64), shape[known].astype(np.float64)
     fitted = float(e @ b) / max(float(b @ b), 1e-12)
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
@@ -151,7 +151,7 @@ def _hang(error: Image, shape: Image, known: MaskArray, told: Estimate) -> Estim
 def _drift(means: Array) -> tuple[float, float]:
     """Return how fast depth grows, m/s, by the slope of its mean (time, depth) (n, 2), and the middle of the times.
 
-    The slope is drawn to 0 by as much as it is uncertain against what cameras do; successive means share noise.
+    The slope is drawn to 0, the more the larger its variance is against the one of cameras' drifts; successive means share noise.
     """
     time, depth = means[:, 0] - means[:, 0].mean(), means[:, 1] - means[:, 1].mean()
     spread = float(time @ time)
@@ -166,7 +166,7 @@ def _drift(means: Array) -> tuple[float, float]:
 
 
 def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
-    """Return a contact that counts what a pattern missed among the noise: an error that the whole contact may share."""
+    """Return a contact whose noise includes the error that a pattern missed: the whole contact may share it."""
     check_kind("contact", contact, Contact, MADE)
     check_kind("pattern", pattern, Pattern, LEARNED)
     shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
@@ -174,7 +174,7 @@ def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
 
 
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
-    """Return a frame without the static error of its camera and what it has drifted since, as a frame of a finer unit.
+    """Return a frame without the static error of its camera and its drift since then, as a frame of a finer unit.
 
     Raises
     ------

@@ -29,7 +29,7 @@ OF_MAXIMUM = math.pi / math.sqrt(6.0)  # standard deviation of Gumbel's law in u
 class Quiet:
     """The highest smoothed rise of frames without contact: its mean and spread.
 
-    Few frames, which share noise with their neighbours, tell little about the spread of a maximum. One image tells more:
+    Few frames, which share noise with their neighbours, show little of the spread of a maximum. One image shows more:
     it holds many places of one kernel each, and the highest of N of them spreads by pi / sqrt(12 ln N) of the spread of
     one. The two are pooled, the frames with the number of independent ones among them. A maximum over images that spreads
     more than that, because some places are noisier than others, counts in full.
@@ -74,7 +74,7 @@ class Quiet:
             self._spreads.append(spread)
 
     def forget_latest(self) -> None:
-        """Drop what is not yet known to be without contact."""
+        """Drop the frames that are not yet known to be without contact."""
         self._waiting.clear()
         self._latest.clear()
 
@@ -95,7 +95,7 @@ class Quiet:
         return float(np.clip(twice / once - 1.0, 0.0, LONGEST)) if once > 0.0 and twice > 0.0 else 0.0
 
     def _spread(self, rise: Image, trusted: MaskArray) -> float:
-        """Return by how much the maximum over an image spreads, by the spread over its places, m."""
+        """Return the standard deviation of the maximum over an image, m, by the spread over its places."""
         step = max(1, int(self._kernel))
         coarse, seen = rise[::step, ::step], trusted[::step, ::step]
         values = coarse[seen] if seen.any() else rise[trusted]
@@ -105,7 +105,7 @@ class Quiet:
         return OF_MAXIMUM * sd / math.sqrt(2.0 * math.log(places))
 
     def _follow(self, image: Image) -> None:
-        """Note by how much an image differs from the last and the last but one."""
+        """Note how far an image differs from the last and the last but one."""
         if len(self._latest) == 2:
             changes = [float(np.mean((image - before) ** 2)) for before in reversed(self._latest)]
             self._steps += (changes - self._steps) / 20.0 if self._steps[0] > 0.0 else changes

@@ -97,7 +97,7 @@ def inner_half(mask: MaskArray) -> MaskArray:
 
 
 def widened(mask: MaskArray, pixels: float) -> MaskArray:
-    """Return a mask with what lies within some pixels of it along both axes."""
+    """Return a mask widened by some pixels along both axes."""
     import cv2
 
     if not mask.any():
@@ -107,14 +107,14 @@ def widened(mask: MaskArray, pixels: float) -> MaskArray:
 
 
 def opened(mask: MaskArray) -> MaskArray:
-    """Return what of a mask lies in squares of three by three of its pixels."""
+    """Return the part of a mask that lies in squares of three by three of its pixels."""
     import cv2
 
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8)) > 0)
 
 
 def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
-    """Return what of a mask does not meet its outside, and the mask with the pixels that meet it."""
+    """Return the part of a mask that does not meet its outside, and the mask with the pixels that meet it."""
     import cv2
 
     square = np.ones((3, 3), dtype=np.uint8)

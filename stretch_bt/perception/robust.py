@@ -17,7 +17,7 @@ _COMPILED = (np.dtype(np.float64), np.dtype(np.float32))
 
 
 def quantile(values: FloatArray, share: float = 0.5) -> float:
-    """Return the value of (n,) that a share of them does not reach; the median unless told otherwise."""
+    """Return the value of (n,) that a share of them does not reach; the median by default."""
     from stretch_bt.perception.arrays_kernel import order_statistic
 
     at = min(int(share * values.size), values.size - 1)

@@ -1,4 +1,4 @@
-"""A frame at one kernel: its surface, what of it is raised, and the curvatures that tell contact from skirt."""
+"""A frame at one kernel: its surface, the raised part of it, and the curvatures that distinguish contact from skirt."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Image = npt.NDArray[np.float32]
 SEED = 6.0  # standard deviations that a contact must show somewhere
 MOST_SPREAD, MOST_FREE = 3.0, 5.0  # of the noise that is expected: as the flat part shows it, and all of the membrane
 GROW = 3.0  # and everywhere
-# Part of what is seen, below which the flat part is too small to show noise, as under a taut sheet. All of the membrane then shows it, whose mean
+# Share of all that is seen, below which the flat part is too small to show noise, as under a taut sheet. Then all of the membrane does, whose mean
 # curvature is 0 but at bodies and clamps, unless the clearest of these stands out by so many expected deviations that noise does not matter.
 FLAT, QUIET = 0.25, 100.0
 
@@ -103,7 +103,7 @@ def mean_scale(ground: Ground, moves: Lateral, expected: Estimate, before: Estim
 
 
 def _ratio(ground: Ground, bent: Bending, expected: Estimate, before: Estimate | None) -> Estimate | None:
-    """Return the ratio of the tensions, from what is raised and not in contact by the ratio so far; None if unseen."""
+    """Return the ratio of the tensions, from the raised part that is not in contact by the ratio so far; None if unseen."""
     surface, found = ground.surface, before
     for _ in range(1 if before else 3):
         last = (found or expected).value

@@ -34,7 +34,7 @@ Rule = Literal["mean", "either"]
 Image = npt.NDArray[np.float32]
 
 KERNELS = (1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
-COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
+COARSE = 3.8e-3  # m; shows how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
 MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press of one object shows one or two
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
@@ -42,7 +42,7 @@ CLEAR = 7.0  # standard deviations at which a kernel is wide enough
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Segmentation(BriefRepr):
-    """The classes of a frame and what they rest on.
+    """The classes of a frame and the numbers that they rest on.
 
     `labels` (h, w) uint8 and `confidence` (h, w) float32, the probability that a label is right, 0 where invalid;
     `noise` of one pixel and `plane`, the height of the undeformed membrane, m; `ratio` of the tensions along j and i,
@@ -73,7 +73,7 @@ def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretc
         paper's rule, the curvature along i or along j is high, which takes in part of the skirt. Points above the
         plane of the contact belong to it as well, in the first rule if its face is flat, in the second always.
     stretch : float, m, optional
-        Of the membrane; narrows the ratio down where the frame is noisy.
+        Stretch of the membrane; narrows the ratio down where the frame is noisy.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def classify(
 ) -> Segmentation:
     """Do as `segment`, and return confidence, noise, plane and ratio of the tensions with the labels.
 
-    `towards` is +1 for points in the membrane frame, -1 in the camera frame, 0 to tell them apart as `segment` does.
+    `towards` is +1 for points in the membrane frame, -1 in the camera frame, 0 to distinguish them as `segment` does.
     """
     if not isinstance(rule, str) or rule not in ("mean", "either"):
         raise InvalidInput(f"rule is 'mean' or 'either', got {shown(rule)[:80]}")
@@ -133,7 +133,7 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
             patches, crowded = [], error
             if kernel != COARSE and _is_crowded(coarse, effort):
                 best = None
-                break  # what is crowded there is so at every finer kernel
+                break  # a frame that is crowded there is so at every finer kernel
         if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
             best = scale, patches
         if best and best[0].clearness >= CLEAR:
@@ -157,7 +157,7 @@ def _is_crowded(scale: Scale, effort: Effort) -> bool:
 
 
 def _hides(noise: NoiseSpectrum, scale: Scale) -> bool:
-    """Tell whether noise of a length that a narrow kernel takes for membrane makes all that looks curved."""
+    """Whether noise of a length that a narrow kernel takes for membrane explains all that looks curved."""
     surface = scale.ground.surface
     signals = noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
     return all(scale.clearness * signal.sd < SEED * signals for signal in scale.signals)
@@ -176,7 +176,7 @@ def _kernels(clearness: float) -> list[float]:
 
 
 def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
-    """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
+    """Whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
     rise = (ground.surface.smooth - np.float32(ground.plane)) * (ground.raised & ground.surface.trusted)

@@ -90,7 +90,7 @@ def slope(image: Image, axis: int) -> Image:
 
 
 def shrink(image: Image, valid: MaskArray | Image) -> tuple[Image, Image]:
-    """Return the mean of what is valid in each 2 x 2 pixels, or its mean by weights, and the share that is valid.
+    """Return the mean of the valid pixels in each 2 x 2, or their mean by weights, and the share that is valid.
 
     The last bins may reach past the edge of the image; where nothing is valid the mean is 0.
     """

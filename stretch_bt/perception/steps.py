@@ -1,4 +1,4 @@
-"""The steps in which a camera counts depth: how wide they are, and what they leave uncertain of a mean."""
+"""The steps in which a camera counts depth: how wide they are, and the error of a mean that they leave."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def step_of(heights: FloatArray, others: FloatArray) -> float:
 
 
 def shared_step(step: float, sd: float) -> float:
-    """Return the standard deviation, m, of what all points have in common because their heights come in steps, m.
+    """Return the standard deviation, m, of the error that all points share because their heights come in steps, m.
 
     A height is anywhere within half a step, and noise of `sd`, m, evens that out: the mean error keeps exp(-2 pi^2 sd^2 / step^2) of it
     (the first harmonic of the quantiser; Widrow and Kollar, Quantization Noise, 2008). Past half a step nothing is left.

@@ -21,7 +21,7 @@ Places = npt.NDArray[np.intp]
 FOURTH: Image = np.array([[1.0, -4.0, 6.0, -4.0, 1.0]], dtype=np.float32)
 AROUND = np.ones(FOURTH.shape, dtype=np.uint8)
 POWER = float((FOURTH**2).sum())  # that it leaves of independent lines of variance 1
-INDEPENDENT = 2.6  # lines of what it leaves that count as one independent square: 1 + 2 (0.8^2 + 0.4^2 + 0.11^2)
+INDEPENDENT = 2.6  # lines of its residual that count as one independent square: 1 + 2 (0.8^2 + 0.4^2 + 0.11^2)
 EVERY = 4  # pixels along a line from one that is looked at to the next: they show stripes of a twelfth of white noise
 BLOCK = 16  # pixels along a line; what pixels so far apart share, no noise alike over up to some 8 pixels makes
 LEAST_BLOCKS, LEAST_LINES = 4, 30
@@ -39,12 +39,12 @@ class Stripes:
 
     @property
     def variance(self) -> float:
-        """What they add to the variance of one pixel, m^2."""
+        """Variance that they add to one pixel, m^2."""
         return self.rows + self.columns
 
     @property
     def sd(self) -> float:
-        """What they alone make of the standard deviation of one pixel, m."""
+        """Standard deviation of one pixel by them alone, m."""
         return math.sqrt(self.variance)
 
     def of_mean(self, pixels: float) -> float:
@@ -97,8 +97,8 @@ def stripes_of(height: Image, seen: MaskArray) -> Stripes:
 def _of_columns(height: Image, seen: MaskArray) -> float:
     """Return the variance, m^2, that columns share; 0 where that is not clear.
 
-    Noise of single pixels, and what neighbours share, is not alike in blocks of a column that do not touch; the mean product of those is
-    due to what the whole column shares.
+    Noise of single pixels, and noise that neighbours share, is not alike in blocks of a column that do not touch; the mean product of such
+    blocks comes from the noise that the whole column shares.
     """
     import cv2
 
@@ -126,7 +126,7 @@ def _of_columns(height: Image, seen: MaskArray) -> float:
 
 
 def _products(sums: Image) -> tuple[Array, Array]:
-    """Return the sum (n,) of the blocks (b, n) of each line, and that of the products of all pairs that do not touch, each pair twice."""
+    """Return the sum (n,) of the blocks (b, n) of each line, and the sum of the products of all pairs that do not touch, each pair twice."""
     each = sums.astype(np.float64)
     total = each.sum(axis=0)
     own, beside = (np.einsum("bn,bn->n", each[n:], each[: len(each) - n]) for n in range(2))
@@ -134,7 +134,7 @@ def _products(sums: Image) -> tuple[Array, Array]:
 
 
 def without_lines(image: FloatArray, seen: MaskArray, stripes: Stripes) -> FloatArray:
-    """Return an image (h, w) about 0 less the mean of what is seen of each row and column, as far as stripes are there."""
+    """Return an image (h, w) about 0 less the mean of the pixels seen of each row and column, as far as stripes are there."""
     for axis, variance in ((1, stripes.rows), (0, stripes.columns)):
         if variance > 0.0:
             count = seen.sum(axis=axis, dtype=np.float32, keepdims=True)

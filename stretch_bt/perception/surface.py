@@ -43,7 +43,7 @@ COVER = 0.5  # share of the kernel that must see valid pixels
 ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 widths away from a straight edge
 LEAST_SIGMA = 2.0  # bins a kernel keeps: binning that far loses a fortieth of the peak of a second derivative
 MOST_SIGMA = 6.0
-SHARED = 0.4  # bins; noise shared over less is white as far as bins can tell
+SHARED = 0.4  # bins; noise shared over less is white as far as bins can show
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +95,8 @@ class Surface:
     """Height towards the camera, m, above `level`, in bins of `step` x `step` pixels, its holes filled.
 
     `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `pitch` is the
-    width of a bin, m. `noise` is the standard deviation of one pixel, m, and `length` tells how many pixels share it:
-    it is that of white noise smoothed by a Gaussian of `length` pixels. `view` is the width of all that is seen, m.
+    width of a bin, m. `noise` is the standard deviation of one pixel, m, and `length` says how far pixels share it:
+    it is like white noise smoothed by a Gaussian of `length` pixels. `view` is the width of all that is seen, m.
     `origin` is the row and column of its first bin where it is part of a larger one. Rows and columns of pixels share `stripes` besides.
     """
 
@@ -156,7 +156,7 @@ def check_points(points: FloatArray, *masks: MaskArray) -> None:
 
 
 def check_labels(labels: LabelArray, points: FloatArray) -> None:
-    """Raise InvalidInput unless labels are those of an image of such points (h, w, 3)."""
+    """Raise InvalidInput unless labels belong to an image of such points (h, w, 3)."""
     if not isinstance(labels, np.ndarray) or labels.dtype != np.uint8:
         kind = getattr(labels, "dtype", type(labels).__name__)
         raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {kind}")
@@ -165,7 +165,7 @@ def check_labels(labels: LabelArray, points: FloatArray) -> None:
 
 
 def check_pitch(pitch: float) -> None:
-    """Raise InvalidInput unless pixels lie so far apart, m, as those of a camera before a membrane."""
+    """Raise InvalidInput unless the distance of pixels, m, may be a camera's before a membrane."""
     if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
         raise InvalidInput(
             f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
@@ -269,7 +269,7 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
 def _noise(
     cleaned: Cleaned, rest: Image, valid: MaskArray, mean: Image, step: int, sigma: float
 ) -> tuple[float, float]:
-    """Return the noise of one pixel, m, and the length over which pixels share it, from what the mean leaves."""
+    """Return the noise of one pixel, m, and the length over which pixels share it, from the residual to the mean."""
     again = derivative(rest, sigma, 0, 0)
     shared, length = noise_of(without_lines(rest - again, valid, cleaned.stripes), valid, sigma)
     if length < SHARED:

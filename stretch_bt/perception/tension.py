@@ -21,8 +21,8 @@ PRIOR = (2.0, 1.0)  # mean and deviation of ln(T_j / T_i) of any membrane: 2.7 t
 # through the ratios that this module finds on noise-free presses of the sheet solver at 5, 30 and 60 mm.
 AT_REST, PER_METRE, PULLED_SD, LEAST_PULL = 2.47, 10.7, 0.3, 5e-3
 ENOUGH = 600  # places that are used; more would mostly repeat the noise of their neighbours
-SIGNIFICANT = 4.0  # standard deviations by which the bending must exceed what noise alone shows
-ROUNDS, CLOSE = 40, 1e-3  # of weights, and rad by which the line may still turn
+SIGNIFICANT = 4.0  # standard deviations, least excess of the bending over noise alone
+ROUNDS, CLOSE = 40, 1e-3  # rounds of weights, and rad that the line may still turn
 WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
 LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
 
@@ -35,7 +35,7 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     along_i, along_j : (n,) float, 1/m
         h_xx and h_yy at places where nothing touches the membrane; a minority may be in contact.
     share : float
-        Correlation of their noise; that of one isotropic filter is 1/3.
+        Correlation of their noise; after one isotropic filter it is 1/3.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def expected_ratio(stretch: float | None) -> Estimate:
 
 
 def combine(expected: Estimate, found: Estimate) -> Estimate:
-    """Return both estimates of a ratio as one, weighted in the logarithm; what was found stands where they disagree."""
+    """Return both estimates of a ratio as one, weighted in the logarithm; `found` alone where they disagree."""
     a, b = math.log(expected.value), math.log(found.value)
     wa, wb = (expected.value / expected.sd) ** 2, (found.value / found.sd) ** 2
     if (a - b) ** 2 > 9.0 * (1.0 / wa + 1.0 / wb):

@@ -23,7 +23,7 @@ Places = npt.NDArray[np.intp]
 SCALES = 2  # times that the noise is estimated anew
 ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
-ROUND = 0.02  # of its curvature, by which that of a round top differs from one direction to another
+ROUND = 0.02  # difference of a round top's curvature from one direction to another, as a share of it
 APART = 14.2  # chi2 of three values with three degrees of freedom beyond which 0.27 % lie, as beyond three standard deviations of one
 BLOCK = 0.6  # rms distances of the points from their middle, along a side: a disc has some twenty
 EVEN: Array = np.array(
@@ -35,7 +35,7 @@ EVEN: Array = np.array(
 class Points:
     """Points (3, n), m, of an image `wide` pixels wide at the numbers (n,) of their pixels, row by row, and its noise where that is known.
 
-    `every` says that they are those of every second, third ... row and column, `step`, m, in which steps heights come.
+    `every` is 2, 3 ... for points of every second, third ... row and column; `step`, m, is the step in which heights come.
     """
 
     cloud: Array
@@ -95,7 +95,7 @@ def settled(design: Array, z: Array, least: float = 0.0) -> tuple[Array, float]:
 
 
 def _misfit(x: Array, y: Array, left: Array, sd: float, points: Points) -> float:
-    """Return the rms, m, of what is left in blocks of a disc past what noise leaves there: that of a surface that is no quadratic."""
+    """Return the rms, m, of the residuals in blocks of a disc beyond noise: the error where the surface is no quadratic."""
     block = np.floor(x / BLOCK).astype(np.intp) * 16 + np.floor(y / BLOCK).astype(np.intp)
     block -= block.min()
     count = np.bincount(block)
@@ -128,7 +128,7 @@ class Top:
 
     @cached_property
     def misfit(self) -> float:
-        """By how much the surface is no quadratic, m, rms."""
+        """Rms deviation of the surface from a quadratic, m."""
         return _misfit(self._design[1], self._design[2], self._left, self.sd, self._points)
 
     @cached_property
@@ -139,11 +139,11 @@ class Top:
         return np.asarray(EVEN @ own @ EVEN.T if len(own) < len(EVEN) else own, dtype=np.float64)
 
     def _sd_along(self, row: Array) -> float:
-        """Return the standard deviation of what changes with `q` like this; rounding may leave less than none."""
+        """Return the standard deviation of a quantity that changes with `q` like this; rounding may leave less than none."""
         return math.sqrt(max(float(row @ self.covariance @ row), 0.0))
 
     def bent(self, known: Estimate | None) -> Top:
-        """Return it with the curvature, 1/m, that something else knows, the same in all directions; or as it is where it is clearly not so."""
+        """Return it with a curvature, 1/m, known from elsewhere, the same in all directions; or as it is where that clearly does not fit."""
         if known is None:
             return self
         area = self.size**2

@@ -1,4 +1,4 @@
-"""Contacts that stand apart, and what is seen around one of them."""
+"""Contacts that stand apart, and the surroundings of one of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 Box = tuple[slice, slice]
 
 GAP = 5  # pixels between two contacts; less is one that noise or a reflection cut
-SHARE = 0.2  # of the pixels of the largest, from which a part counts as a contact of its own
+SHARE = 0.2  # share of the largest contact's pixels from which a part counts as a contact of its own
 MOST = 4  # contacts that are looked at, the largest
 LONG = 1.4  # times as long as wide, from which a contact may be two
 CONCAVE = 2.5  # standard deviations of its curvature along, from which it is a saddle
@@ -30,12 +30,12 @@ LEAST_IN = 8  # pixels of a window along an axis of a contact
 DIP, LEAST_DIP = (
     3.5,
     0.5,
-)  # standard deviations by which a contact must dip, at LONG and where it is longer by LONGER: then it is hardly one
+)  # standard deviations, least dip of a contact, at LONG and where it is longer by LONGER: then it is hardly one
 LONGER = 1.2
 REACH = 2.5  # half lengths of a contact, as far as which the membrane is looked at for a place to which it rises
-MEDIAN = 1.6  # by which the variance of a median exceeds that of a mean
+MEDIAN = 1.6  # variance of a median over a mean's
 SEEN = 110, 160  # rows and columns to either side of the contact in which noise is measured
-BESIDE = 7  # pixels from what was taken for contact, of which noise may have cut off a rim, beyond which the membrane is free
+BESIDE = 7  # pixels from the contact found, whose rim noise may have cut off, beyond which the membrane is free
 FAR = 18  # pixels from the contact at which the skirt bends little
 WIDEST = 3.2  # radii of the contact, as far as which the surroundings reach
 LEAST_FAR = 6.0  # lengths of noise, as far as which they reach at least
@@ -71,10 +71,10 @@ def contacts(labels: LabelArray) -> list[Places]:
 
 
 def summits(contact: Points, around: Points, sd: float) -> list[Points]:
-    """Return the points of a contact, or those of the places to which the membrane rises from its middle, where it does.
+    """Return the points of a contact, or of each place to which the membrane rises from its middle, where it does.
 
     Two bodies in a line along the tight direction of a membrane look like one, and noise lets the saddle between them look like contact.
-    `sd`, m, is that of one pixel's independent noise.
+    `sd`, m, is the standard deviation of one pixel's independent noise.
     """
     cloud = contact.cloud
     middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
@@ -110,7 +110,7 @@ def _windows(around: Points, t: Array, s: Array, step: float, reach: float, sd: 
 def _tops(row: list[Window], length: float, clear: float, *, concave: bool) -> list[float]:
     """Return to which places, m, the membrane rises from the middle of a row: on both sides of a dip, or on one; none where it does not.
 
-    A dip is one by so many standard deviations, or at all where the contact is `concave`.
+    A dip counts from `clear` standard deviations, or at all where the contact is `concave`.
     """
     inner = [k for k, window in enumerate(row) if abs(window.place) <= length]
     if not inner:

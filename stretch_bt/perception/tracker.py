@@ -27,7 +27,7 @@ Image = npt.NDArray[np.float32]
 
 CLEAR = 6.0  # standard deviations above which the highest place is the press and not noise
 TOP = 0.85  # share of the smoothed height that its surroundings keep within the top
-# times by which a quadratic over half the disc tells another height: over a tip its error goes with the width of the disc, and half of it
+# factor on the difference from the height by half the disc: over a tip the error of a quadratic goes with the width of the disc, and half of it
 # is left; under a contact that is known no tip is so blunt
 BY_HALF = 2.0
 SQRT_HALF_PI = math.sqrt(math.pi / 2.0)  # a Gaussian's standard deviation over its mean absolute value
@@ -37,7 +37,7 @@ class HeightTracker:
     """Tracks how far the highest point of a press stands above the sensor at rest, causally.
 
     The shape at rest is the mean of the first `reference` frames, so it need not be flat; heights before it is complete
-    count from the frames so far. `kernel`, pixels, is the Gaussian by which the place of the press is found; the height
+    count from the frames so far. `kernel`, pixels, is the Gaussian that finds the place of the press; the height
     itself is measured on the unsmoothed image around that place.
     """
 
@@ -82,13 +82,13 @@ class HeightTracker:
             found = Estimate(float(mean[at]), math.hypot(sd, self._hidden(float(mean[v, u]), float(mean[at]))))
         elif self._spectrum is None:
             found = self._top(rise, known, mean, at, sd)
-        else:  # no median has smoothed what is read, or taken pixels out of it that lie anywhere
+        else:  # no median has smoothed the heights, or taken pixels out of it that lie anywhere
             found = self._top(raw, known & ~flying_pixels(raw, known, 0.0), mean, at, sd)
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 
     def _hidden(self, highest: float, read: float) -> float:
-        """Return by how much a height, m, is unsure as the highest place may be a press that does not stand out yet.
+        """Return the error of a height, m, as the highest place may be a press that does not stand out yet.
 
         It surely is one at half as much again as quiet frames reach, and none up to what they do.
         """
@@ -126,7 +126,7 @@ class HeightTracker:
 
 
 def _spectrum(rise: Image, known: MaskArray, count: int) -> NoiseSpectrum:
-    """Return the noise of rises above the mean of `count` frames, from that of the last of them (h, w), m, where nothing is touched."""
+    """Return the noise of rises above the mean of `count` frames, from the rise of the last of them (h, w), m, where nothing is touched."""
     valid = known & ~flying_pixels(rise, known, 0.0)
     flat = Cleaned(rise, known, valid, np.empty((0, 0, 3)), np.s_[:, :], rise.shape, 1.0, 0.0, 1)
     noise = noise_spectrum(flat)
@@ -137,7 +137,7 @@ def _spectrum(rise: Image, known: MaskArray, count: int) -> NoiseSpectrum:
 
 
 def _step(depth: FloatArray | DepthFrame) -> float:
-    """Return the step in which depth comes, m: the unit of a frame, or what an image shows of it."""
+    """Return the step in which depth comes, m: the unit of a frame, or the step that an image shows."""
     if isinstance(depth, DepthFrame):
         return depth.unit
     image, valid = depth_of(depth)

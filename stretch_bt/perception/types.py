@@ -84,9 +84,9 @@ class Contact(BriefRepr):
     Parameters
     ----------
     points : (n, 3) float, m, membrane frame
-        Of the pixels in contact, row by row.
+        Points of the pixels in contact, row by row.
     rays : (n, 3) float, unit vectors, membrane frame
-        From the camera through each of these points; z is negative.
+        Directions from the camera through each of these points; z is negative.
     labels : (h, w) uint8
         The class of each pixel: 0 undeformed, 1 deformed, 2 in contact, 255 invalid.
     noise : float, m
@@ -94,15 +94,15 @@ class Contact(BriefRepr):
     hand_height : float, m, or None
         World z of the flat membrane.
     stretch : float, m, or None
-        Of the membrane, by the gripper.
+        Stretch of the membrane, by the gripper.
     time : float, s
-        Of the frame, on the device's clock.
+        Time of the frame, on the device's clock.
     surface : (h, w, 3) float, m, membrane frame
-        The point of each pixel, NaN where its label is 255; of a camera that counts depth coarsely with what was drawn to even it out.
+        The point of each pixel, NaN where its label is 255; with the numbers drawn to even out the depth of a camera that counts it coarsely.
     confidence : (h, w) float32
         Probability that each label is right, 0 where it is invalid.
     pose : Pose or None
-        Of the hand in the world.
+        Pose of the hand in the world.
     noise_area : float
         How many pixels share one error, 1 where their noise is independent.
     """
@@ -136,8 +136,8 @@ class Contact(BriefRepr):
         Parameters
         ----------
         heights : (h, w) float, m
-            Of the membrane above its undeformed plane, towards the camera; [row, column], rows along the stretch. NaN where nothing is
-            seen. They are taken as they are: add noise of your own where a test asks for some.
+            Heights of the membrane above its undeformed plane, towards the camera; [row, column], rows along the stretch. NaN where nothing
+            is seen. They are taken as they are: add noise of your own where a test asks for some.
         pixel : float, m
             Distance of neighbouring pixels, along rows and columns. The middle of the image is the middle of the membrane.
         noise : float, m
@@ -145,9 +145,9 @@ class Contact(BriefRepr):
         labels : (h, w) uint8 or bool, optional
             Classes as in a contact, or where the membrane touches; as `segment` finds them unless given.
         stretch : float, m, optional
-            Of the membrane.
+            Stretch of the membrane.
         pose : Pose, optional
-            Of the hand in the world; unless given, that in which the membrane frame's origin is the world's.
+            Pose of the hand in the world; unless given, the membrane frame's origin is the world's.
         time : float, s
 
         The camera looks straight down from far away, so that all rays are (0, 0, -1).
@@ -185,7 +185,7 @@ class Sphere:
     radius, radius_sd : float, m
         Positive, and its standard deviation.
     center, center_sd : (3,) float, m
-        In the frame of the points that were fitted: those of a contact lie in the membrane frame, so that z is negative below the plane of
+        In the frame of the points that were fitted: a contact's points lie in the membrane frame, so that z is negative below the plane of
         the undeformed membrane, on the far side of the camera.
     curvature, curvature_sd : float, 1/m
         One over the radius, positive where the sphere is convex to the camera.
@@ -232,7 +232,7 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class Cone:
-    """A fitted cone; `angle`, rad, is that between its surface and the plane across its axis, positive where convex.
+    """A fitted cone; `angle`, rad, is the angle between its surface and the plane across its axis, positive where convex.
 
     `apex` (3,), m, and `axis` (3,), the unit direction of its axis towards the camera, are in the frame of the points
     that were fitted.
@@ -262,8 +262,8 @@ class Candidate:
 class Shape:
     """The simplest shape that explains points as well as any; `ranking` has all that were compared, best first.
 
-    `residual_sd`, m, is how far a point lies off it. `radius` is that of a sphere or cylinder, `angle`, rad, that of a
-    cone; None for shapes that have none.
+    `residual_sd`, m, is how far a point lies off it. `radius` is a sphere's or a cylinder's, `angle`, rad, a
+    cone's; None for shapes that have none.
     """
 
     kind: ShapeKind

@@ -15,27 +15,27 @@ __all__ = ["by_wide_discs"]
 
 Array = npt.NDArray[np.float64]
 
-RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # of the disc over that of the contact
+RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # radius of the disc over the contact's
 # The vertex over such a disc lies below the top by this share of the depth, and by this standard deviation of it, over presses of
 # spheres, caps, discs and blocks without noise (`python -m benchmarks.height_noise --bend`): the skirt within it is no quadratic.
 BELOW = (-0.004, -0.017, 0.010, 0.050, 0.110)
 OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
-PATCHES = 5.0  # independent values that a disc must hold before its quadratic tells anything
-# times what the surest of some states: it is taken because its own noise made it look sure
+PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
+# factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
 SURER = 1.15
-# share of what a disc and the contact alone disagree by, which is an error of the one or the other: noise chose the contact, and
-# the skirt within the disc is not that of the shapes from which OFF is
+# share of the difference between a disc and the contact alone, which is an error of the one or the other: noise chose the contact, and
+# the skirt within the disc is unlike the shapes from which OFF is
 HALFWAY = 0.5
-# standard deviations of shared noise by which the height is off where it holds less than PATCHES in what it made pass for contact
+# error of the height, in standard deviations of shared noise, where the contact that this noise chose holds fewer than PATCHES such values
 CHOSEN = 0.7
-CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
-SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
+CLEAR = 0.03  # share of the depth: below such an error no wider disc can give a better height
+SMALL = 3.0  # times the shared noise: where this is below CLEAR, noise does not choose what is taken for contact
 LEAST_POINTS = 30
 ROUGHLY = 1500  # points that show about where a top has its vertex
 
 
 def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
-    """Return the surest of the height of a contact's top by the contact alone and those by wider discs, m."""
+    """Return the surest height of a contact's top, m, by the contact alone or by a wider disc."""
     assert contact.noise is not None
     faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
     chosen = faint or _pixels(contact) >= PATCHES * contact.noise.shared_area
@@ -52,7 +52,7 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
 
 
 def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:
-    """Return the surest of a height, m, and those by wider discs; None where there is none."""
+    """Return the surest of a height, m, and the heights by wider discs; None where there is none."""
     start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
@@ -60,7 +60,7 @@ def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate 
     discs = {max(share * radius, least) for share in RADII}
     for wide in sorted(disc for disc in discs if disc <= RADII[-1] * radius):
         if best is not None and best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
-            break  # what the skirt adds grows with the disc
+            break  # the skirt's error grows with the disc
         try:
             found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
@@ -71,7 +71,7 @@ def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate 
 
 
 def _pixels(contact: Points) -> int:
-    """Return how many pixels a contact covers, of which its points are those of every second, third ... row and column."""
+    """Return how many pixels a contact covers; its points may be of every second, third ... row and column alone."""
     return len(contact) * contact.every**2
 
 

@@ -34,7 +34,7 @@ class Cloud(BriefRepr):
     noise : (n,) float, m
         Standard deviation of each point along its ray, by the noise of the frames alone.
     rays : (n, 3) float, unit vectors, in `frame`
-        From the camera through the points.
+        Directions from the camera through the points.
     seen : (n,) int64
         In how many contacts each was found.
     columns : (n, 3) int64
@@ -50,8 +50,8 @@ class Cloud(BriefRepr):
     scatter, repeats : float and int
         Sum of squared disagreements between contacts in units of their noise, and in how many cases.
     apart : (n,) float, m, or None
-        Standard deviation of what else each point is off by: the membrane stands off the surface, the camera has a static error.
-        No repetition reduces it. None where no map of the presses told it.
+        Standard deviation of each point's other errors: the membrane stands off the surface, the camera has a static error.
+        No repetition reduces it. None where no map of the presses gave it.
     """
 
     points: Array
@@ -72,7 +72,7 @@ class Cloud(BriefRepr):
 
     @property
     def disagreement(self) -> float:
-        """Root mean square by which contacts differ, in units of what their noise explains; 1 when that explains it."""
+        """Root mean square difference of contacts, in units of its standard deviation by their noise; 1 when noise explains it."""
         return float(np.sqrt(self.scatter / self.repeats)) if self.repeats else 1.0
 
     @property
@@ -82,7 +82,7 @@ class Cloud(BriefRepr):
 
     @property
     def sd(self) -> Array:
-        """Standard deviation (n,) of each point along its ray, m: that against the others, and what else it is off by."""
+        """Standard deviation (n,) of each point along its ray, m: `scatter_sd` and the other errors, `apart`, together."""
         return self.scatter_sd if self.apart is None else np.hypot(self.scatter_sd, self.apart)
 
     def part(self, kept: npt.NDArray[np.bool_]) -> Cloud:
@@ -133,7 +133,7 @@ def cloud_of(
     noise : (n,) float or float, m
         Positive standard deviation along the rays.
     rays : (n, 3) unit vectors
-        From the camera through the points; straight down unless given.
+        Directions from the camera through the points; straight down unless given.
 
     Raises
     ------

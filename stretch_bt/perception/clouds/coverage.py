@@ -1,4 +1,4 @@
-"""How much of an object's upper surface is told, and what of it may lie where a hand has not been yet."""
+"""How much of an object's upper surface the presses show, and where more of it may lie that no hand has reached yet."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ __all__ = ["SLOPE", "WIDTH", "Hidden", "coverage", "hidden"]
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-#: of the steepest surface that is looked for; the map rounds off the last degrees to 45
+#: tangent of the steepest surface that is looked for; the map rounds off the last degrees to 45
 SLOPE = np.tan(np.radians(40.0))
-WIDTH = 6e-3  # m beyond what is told that a surface is expected to go on
+WIDTH = 6e-3  # m that a surface is expected to go on beyond what is shown of it
 STEP = (1.0, np.sqrt(2.0))
-UPPER = np.radians(45.0)  # steeper surface is none that is looked for
+UPPER = np.radians(45.0)  # a steeper surface is not looked for
 BASE = 2  # cells on each side that the slope of a surface is taken over
 
 
@@ -27,8 +27,8 @@ BASE = 2  # cells on each side that the slope of a surface is taken over
 class Hidden:
     """Where a surface may go on unseen: the cells, (n, m) bool, and its height if it falls as `SLOPE`, (n, m), m.
 
-    `height` is that of what is told in the cells that are, and minus infinity where nothing is expected. `chance` (n, m) is how likely
-    there is upper surface in a cell, 0 in all others.
+    In a cell whose surface is shown, `height` is the height of that surface; where nothing is expected it is minus infinity.
+    `chance` (n, m) is the probability of upper surface in each of the cells, 0 in all others.
     """
 
     cells: Mask
@@ -37,15 +37,15 @@ class Hidden:
 
     @property
     def told(self) -> Mask:
-        """The cells (n, m) in which the surface is told."""
+        """The cells (n, m) in which the surface is shown."""
         return np.isfinite(self.height) & ~self.cells
 
 
 def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH) -> Hidden:
-    """Return where the upper surface may go on beyond what is told.
+    """Return where the upper surface may go on beyond what is shown of it.
 
-    From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, there is none of
-    it: it is carved away. Nor is any more than `width` beyond, or than a part is wide that is told: what follows is looked
+    From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, it is carved away:
+    the object has none there. It goes on by at most `width`, and by at most half the width of the felt part: more is looked
     for once the next press has shown that there is more.
 
     Parameters
@@ -54,7 +54,7 @@ def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH)
     slope : float
         Tangent of the steepest surface looked for.
     width : float, m
-        How far beyond what is told to look.
+        How far to look beyond what is shown.
     """
     felt, known = relief.felt, told(relief)
     start = np.where(felt, relief.height, -np.inf)
@@ -69,17 +69,17 @@ def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH)
 
 
 def coverage(relief: Relief, unseen: Hidden | None = None) -> float:
-    """Return the share of the upper surface that is told, as seen from above; what is hidden counts as much as it is likely to be there."""
+    """Return the share of the upper surface that is shown, as seen from above; a hidden cell counts by its chance."""
     unseen = hidden(relief) if unseen is None else unseen
     known = int(unseen.told.sum())
     return known / (known + float(unseen.chance.sum())) if known else 0.0
 
 
 def _chance(relief: Relief, surface: Array) -> Array:
-    """Return how likely an upper surface goes on (n, m) beyond a told one (n, m), m, NaN elsewhere.
+    """Return the probability (n, m) that an upper surface goes on beyond a shown one (n, m), m, NaN elsewhere.
 
-    It falls off at least as steeply as the membrane above it, and as the told surface at its rim, as a convex one does. Beyond that
-    all angles up to a wall are taken as alike likely. Where no membrane has been it surely goes on.
+    It falls off at least as steeply as the membrane above it, and as the shown surface at its rim, as a convex one does. All
+    steeper angles up to a wall are taken as equally likely. Where no membrane has been it surely goes on.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -95,7 +95,7 @@ def _chance(relief: Relief, surface: Array) -> Array:
 
 
 def _angles(surface: Array, cell: float) -> Array:
-    """Return by which angle, rad, a surface (n, m), m, NaN where there is none, is inclined, from one side where its other ends."""
+    """Return the inclination (n, m), rad, of a surface (n, m), m, NaN where there is none; at its rim it is taken from one side."""
     from scipy.ndimage import uniform_filter
 
     square = np.zeros(surface.shape)
@@ -120,7 +120,7 @@ def _half_width(felt: Mask, cell: float) -> Array:
 
 
 def _spread(height: Array, reach: Array, fall: float, cell: float) -> tuple[Array, Array]:
-    """Return heights and what is left to go, spread by a cell to each side and corner."""
+    """Return heights and the reach that is left, spread by a cell to each side and corner."""
     best, left = height.copy(), reach.copy()
     padded, ways = np.pad(height, 1, constant_values=-np.inf), np.pad(reach, 1, constant_values=-np.inf)
     n, m = height.shape

@@ -34,10 +34,10 @@ class Dimensions:
 
     `lengths` (3,) and `sd` (3,), m, along unit `axes` (3, 3), a row each: the third is the one nearest to z, the first
     the longer of the others. `how` says for each where it comes from: "faces" is the distance of two opposite faces,
-    "table" that of an upper face from the table, z = 0 of the world. "extent" is how far the points reach, the middle of
-    the last of them; how gradually they end is part of its standard deviation. `short` (3,), m, is by how much an extent
-    falls short where the surface does not yet face along the axis at its ends, if an edge of 2 mm radius follows; of
-    what was never touched it knows nothing.
+    "table" the height of an upper face above the table, z = 0 of the world. "extent" is how far the points reach, the middle of
+    the last of them; how gradually they end is part of its standard deviation. `short` (3,), m, is how far an extent
+    falls short where the surface does not yet face along the axis at its ends, if an edge of 2 mm radius follows; it
+    counts no surface that was never touched.
     """
 
     lengths: FloatArray
@@ -106,7 +106,7 @@ def measure_object(cloud: Cloud) -> Dimensions:
 
 
 def _between_faces(cloud: Cloud, faces: list[Face]) -> list[_Length]:
-    """Return the distances of opposite faces along at most three axes, those of the largest faces first."""
+    """Return the distances of opposite faces along at most three axes, the largest faces first."""
     found: list[_Length] = []
     for one, other in combinations(faces, 2):
         if one.normal @ other.normal > OPPOSITE:
@@ -123,10 +123,10 @@ def _between_faces(cloud: Cloud, faces: list[Face]) -> list[_Length]:
 
 
 def _axes(cloud: Cloud, faces: list[Face], measured: list[_Length], surface: Array) -> list[Array]:
-    """Return three axes: those measured, then the vertical or that of the largest face, then those of other faces.
+    """Return three axes: the measured ones, then the vertical and the normals of faces, in the world the vertical first.
 
-    What is not measured is perpendicular to what stands before it; where no face says how to turn, it is as the smallest
-    rectangle around the points.
+    An axis that is not measured is perpendicular to the axes before it; where no face gives its direction, the smallest
+    rectangle around the points does.
     """
     axes = [known.axis for known in measured]
     normals = [face.normal for face in faces]

@@ -1,4 +1,4 @@
-"""What a membrane is expected to show of a surface: a taut sheet hung over it."""
+"""Heights that a membrane is expected to have over a surface: a taut sheet hung over it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["drape"]
 
 Array = npt.NDArray[np.float64]
 
-TENSIONS = 3.0  # those towards the clamps over those across, of the sheet solver at stretch 0
+TENSIONS = 3.0  # tension towards the clamps over the one across, of the sheet solver at stretch 0
 OVER = 1.8  # relaxation
 ROUNDS = 40
 

@@ -18,7 +18,7 @@ GUESSES = 120
 FEWEST = 60  # points
 LEAST_WIDTH = 3e-3  # m; narrower ones are what a membrane leaves of an edge
 BAND = 3.5  # standard deviations to either side of a plane within which points can be of it
-TURN = np.cos(np.radians(35.0))  # how far the normal around a point may lean from that of its face
+TURN = np.cos(np.radians(35.0))  # cosine of the largest angle between a point's normal and its face's
 CENTRAL = 0.35  # share of its width to either side of a face's middle in which it is flat if it is one
 BOW, SURE, STRAIGHT = 0.2, 3.5, 2e-5  # of the scatter, standard deviations, and m: a face bows by less over that
 BESIDE, STRIP = 2e-3, 0.35  # m, and the share of a face that may lie so near a curved surface that it passes into
@@ -34,7 +34,7 @@ class Face:
     """A plane with the points that lie in it.
 
     `normal` (3,) points out of the object, `middle` (3,), m, is the mean of its points and `frame` (2, 3) spans it.
-    `covariance` (3, 3) is that of its height over the middle, m, and of its two slopes along `frame`.
+    `covariance` (3, 3) is the covariance of its height over the middle, m, and its two slopes along `frame`.
     """
 
     normal: Array
@@ -70,7 +70,7 @@ def settled(points: Array, count: int) -> tuple[Array, Array]:
 class _Seen:
     """The points of a cloud with unit normals (n, 3) out of the object, and what each fit of a plane asks of them.
 
-    `scatter` (n,), m, is the standard deviation along the rays, `least` (n,), m, that across them at least.
+    `scatter` (n,), m, is the standard deviation along the rays, `least` (n,), m, the least one across them.
     """
 
     points: Array
@@ -94,7 +94,7 @@ class _Seen:
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """A plane through members, with what its covariance is made from: most planes that are tried need none."""
+    """A plane through members, with the data for its covariance: most planes that are tried need none."""
 
     normal: Array
     middle: Array
@@ -197,9 +197,9 @@ def _covariance(design: Array, known: Array, left: Array, used: npt.NDArray[np.b
 
 
 def _alike(places: Array, left: Array) -> float:
-    """Return how many points of a plane err as one: the sum of the autocorrelation of what a fit left, over the plane.
+    """Return how many points of a plane err as one: the sum of the autocorrelation of a fit's residuals, over the plane.
 
-    It is summed up to where it vanishes. What varies slower than the face is wide is taken up by the fit and not seen.
+    It is summed up to where it vanishes. The fit takes up errors that vary more slowly than the face is wide: these are not seen.
     """
     cells = np.floor((places - places.min(axis=0)) / LAG).astype(np.int64)
     shape = tuple(2 * (cells.max(axis=0) + 1))

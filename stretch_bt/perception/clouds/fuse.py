@@ -20,7 +20,7 @@ __all__ = ["fuse_contact", "placed"]
 NEIGHBOURS = 12
 STRAY = 6.0  # standard deviations from the points around it beyond which a point of one frame is dropped
 SAME = 4.0  # standard deviations within which a new point is the surface that is there already
-OUTVOTED = 3  # times as often seen: what else was found in a column is then dropped
+OUTVOTED = 3  # times as often seen as another surface in its column, which is then dropped
 LEAST_NOISE = 1e-6  # m
 
 
@@ -28,7 +28,7 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
     """Return a cloud with the points of one more contact in it.
 
     Space is divided into columns along the axis nearest to the view. In each column the contact gives one height, at the
-    middle of the column, and what several contacts give is their mean, weighted by 1 / sd^2. Depth noise is alike in
+    middle of the column; heights of several contacts are averaged, weighted by 1 / sd^2. Depth noise is alike in
     neighbouring pixels, so points of one frame in a column count as one, with the standard deviation of one. Points that
     stand out of their own frame are dropped; a surface found elsewhere in a column begins a layer of its own, and goes
     when the other is seen three times as often.
@@ -49,7 +49,7 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
     NoContact
         The contact has no valid point.
     IllConditioned
-        It has too few to tell which of them stand out.
+        It has too few points to find those that stand out.
     InvalidInput
         Cloud and contact are in different frames, the cloud has another cell or floor, or these are not positive.
     """
@@ -65,7 +65,7 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
         none = np.zeros((0, 3), dtype=np.int64)
         cloud = Cloud(nothing, np.zeros(0), nothing, np.zeros(0, dtype=np.int64), none, frame, cell, floor)
     if cloud.frame != frame:
-        raise InvalidInput(f"the cloud is in the frame of the {cloud.frame}, the contact in that of the {frame}")
+        raise InvalidInput(f"the cloud is in the frame of the {cloud.frame}, the contact in the frame of the {frame}")
     if (cloud.cell, cloud.floor) != (cell, floor):
         raise InvalidInput(
             f"the cloud has a cell of {cloud.cell} m and a floor of {cloud.floor} m, got {cell}, {floor}"
@@ -185,7 +185,7 @@ def _keys(*columns: npt.NDArray[np.int64]) -> list[npt.NDArray[np.int64]]:
 
 
 def _without_outvoted(cloud: Cloud) -> Cloud:
-    """Leave out what was found where another surface of the same column was seen far more often."""
+    """Leave out points where another surface of the same column was seen far more often."""
     (keys,) = _keys(cloud.columns)
     most = np.zeros(int(keys.max()) + 1, dtype=np.int64)
     np.maximum.at(most, keys, cloud.seen)

@@ -26,10 +26,10 @@ ALONG, STEP, COARSE = 0.040, 1e-3, 10  # m along the hand; between places, m; an
 MOST = 12  # places over what was not seen that are tried beside those
 FINGER = 0.015  # m, of the fingers beyond the clamps
 FLANK, MARGIN = np.tan(np.radians(65.0)), 3e-3  # of the object beside what was felt, and m; no finger goes there
-LITTLE = (4e-6, 0.005)  # m^2, and share of what was felt: a press that is likely to show less is not worth it
+LITTLE = (4e-6, 0.005)  # m^2, and share of the area felt: a press that is expected to show less is not worth it
 BESIDE = 8e-3  # m from a clamp within which nothing is felt: it bends the membrane, and the camera hardly sees it
 SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
-MISSED = 0.5  # by which a place counts less for each press that was to show it and did not: what is there is steeper than expected
+MISSED = 0.5  # factor on a place's worth for each press that was to show it and did not: the surface there is steeper than expected
 RIM = 4e-3  # m from the rim of what was seen within which a surface that was felt may go on beyond it
 TAKEN = (5e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
@@ -57,19 +57,19 @@ def next_view(
 ) -> LookFrom | None:
     """Return the pose whose press is expected to show most unseen surface, or None where none shows more than a little.
 
-    Where a surface may go on unseen it is taken to fall off as steeply as what is looked for. A sheet is hung over it from
-    each of many poses, its hand `depth` below the top, and what it touches of the unseen counts: in truth the membrane then
+    A surface that may go on unseen is taken to fall off at the steepest slope that is looked for. A sheet is hung over it from
+    each of many poses, its hand `depth` below the top, and the unseen cells that it touches count: in truth the membrane then
     either feels a surface there or hangs below it, and carves it away. It counts as much as upper surface is likely there, and less
     where earlier presses were to show it and did not. Poses at which the object lies under a free side of the sheet come last.
 
     Parameters
     ----------
     relief : Relief
-        What is known so far; a pose that was pressed from is not returned again.
+        The map so far; a pose that was pressed from is not returned again.
     depth : float, m
-        Of the hand below the highest place felt.
+        Depth of the hand below the highest place felt.
     length, width : float, m
-        Of the membrane, from clamp to clamp and across.
+        Size of the membrane, from clamp to clamp and across.
     x, y : (least, most), m
         Where the hand may go.
     tried : sequence of (x, y, turn), m and rad

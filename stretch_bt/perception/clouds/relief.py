@@ -22,13 +22,13 @@ from stretch_bt.units import Area, Length
 
 __all__ = ["CELL", "Relief", "add_view", "carved"]
 
-TOLERANCE = 0.35e-3  # m by which a contact may stand above the ceiling: what averaged frames leave of a camera's error
+TOLERANCE = 0.35e-3  # m that a contact may stand above the ceiling: a camera's error that remains in averaged frames
 RIM = 2  # cells from the rim of a contact within which it may be none
-MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
+MOVED = 1.2e-3  # m, difference of two views of one place that neither noise nor a slack membrane explains
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
 TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
 SAME = (2e-3, 0.2)  # m and rad: two poses that are nearer are one
-ROOM = 0.020  # m of the map around what was seen, where an object that reaches the rim may go on: more than a finger is beyond a clamp
+ROOM = 0.020  # m of the map around all cells seen, where an object that reaches the rim may go on: more than a finger is beyond a clamp
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -38,8 +38,8 @@ class Relief(BriefRepr):
     `ceiling` (n, m), m, world z, is the lowest that the membrane was seen, infinite where it never was. `height` (n, m), m,
     is the mean height of the contacts there, `weight` (n, m) how many they are, and `hung` (n, m) how often the membrane hung
     there for sure while it stayed. `views` counts the presses, and `poses` are
-    the x and y, m, and the turn about the vertical, rad, of the hand at each. `second` (n, m), m, is the lowest of all presses but
-    the one that is lowest there, from another pose than that; None where nothing tells.
+    the x and y, m, and the turn about the vertical, rad, of the hand at each. `second` (n, m), m, is the second lowest of the
+    presses there, from another pose than the lowest; None where it is not known.
     """
 
     origin: tuple[int, int]
@@ -54,7 +54,7 @@ class Relief(BriefRepr):
 
     @property
     def felt(self) -> Mask:
-        """Where the object's surface is known: (n, m) bool."""
+        """Where the object's surface was felt: (n, m) bool."""
         return (self.weight > self.hung) & (self.height - self.ceiling <= TOLERANCE)
 
     @property
@@ -121,7 +121,7 @@ class Relief(BriefRepr):
         return np.asarray(np.abs(z - height) < MOVED)
 
     def place(self, cells: npt.NDArray[np.int64]) -> Array:
-        """Return the middle, x and y, m, of cells (n, 2) that are told by their index in the map."""
+        """Return the middle, x and y, m, of cells (n, 2), given by their indices in the map."""
         return np.asarray((cells + np.asarray(self.origin) + 0.5) * self.cell)
 
 

@@ -22,20 +22,20 @@ Mask = npt.NDArray[np.bool_]
 
 CELL = 1e-3  # m
 CLAMP = 6e-3  # m from the clamps within which the membrane is bent by them, and no contact is believed
-STAYS = (0.04e-3, 0.15e-3)  # m, at least and at most, by which contact may seem to rise
-LAG = 0.02  # share of the hand's rise by which it may besides
+STAYS = (0.04e-3, 0.15e-3)  # m, least and largest tolerance of the rise of a contact
+LAG = 0.02  # share of the hand's rise that is added to this tolerance
 SURE = 3.0  # standard deviations of a rise
-HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m by which an object under them springs back at most
+HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m that an object under them springs back at most
 LEAST_RISE = 0.8e-3  # m
-HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camera sees beyond its sides is lower
-FEWEST = 25  # cells or points of a part that is worth telling
+HANGS = 2e-3  # m, largest sag of a membrane below the hand; beyond its sides a camera sees lower things
+FEWEST = 25  # cells or points of a part that is large enough to count
 
 
 @dataclass(frozen=True, slots=True)
 class View:
     """What one press shows, by cell: (n, 2) int64 indices, heights (n,), m, whether the membrane touched, or hung for sure.
 
-    It hangs for sure where it stays as the hand rises, held up by what it touches elsewhere. `cut` tells that the contact goes
+    It hangs for sure where it stays as the hand rises, held up by what it touches elsewhere. `cut` says that the contact goes
     on up to a clamp of the hand; `pose` is its x, y, m, and turn, rad.
     """
 
@@ -65,9 +65,9 @@ def view_of(
     deep, shallow : (h, w, 3) float, m, membrane frame
         Points of the membrane, NaN where unknown, with the hand lower and higher.
     deep_pose, shallow_pose : Pose
-        Of the hand in the world, then.
+        Poses of the hand in the world, then.
     half_length : float, m
-        From the middle of the membrane to a clamp.
+        Distance from the middle of the membrane to a clamp.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def view_of(
     rise = shallow_pose.height - deep_pose.height
     if rise < LEAST_RISE:
         raise IllConditioned(
-            f"the hand rose by {rise * 1e3:.2f} mm between the frames; to tell contact it takes"
+            f"the hand rose by {rise * 1e3:.2f} mm between the frames; to show contact it takes"
             f" {LEAST_RISE * 1e3:g} mm; raise the hand further between them"
         )
     low, clear = _placed(deep, deep_pose, half_length)
@@ -96,7 +96,7 @@ def view_of(
 
 
 def _stayed(heights: Array, up: Array, rise: float) -> Mask:
-    """Return where the membrane is in contact, by heights (n,), m, and by how much it rises (n,), m, as the hand does.
+    """Return where the membrane is in contact, by its heights (n,), m, and its rises (n,), m, as the hand rises.
 
     Its highest places are; an object that gives way rises with them. That nothing else rises less shows the noise.
     """

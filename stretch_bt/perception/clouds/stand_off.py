@@ -1,8 +1,8 @@
 """How far a membrane may stand off the object where it seems to touch: beyond an edge, over which it bends.
 
 A membrane that resists bending passes over an edge in a bend some millimetres wide. Just beyond the edge it hangs free, but so close to
-where it is held that it stays as the hand rises, and is bent as one that lies on something. What is under it there, a wall or a flank, no
-press from above tells. Up the slope the bend ends on the top, farther inside the edge the gentler it is.
+where it is held that it stays as the hand rises, and is bent as one that lies on something. No press from above
+shows whether a wall or a flank is under it there. Up the slope the bend ends on the top, farther inside the edge the gentler it is.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ __all__ = ["HANG_SD", "end_of_bend", "stand_off", "with_stand_off"]
 
 Array = npt.NDArray[np.float64]
 
-#: m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+#: m; standard deviation that all heights share: the camera's static error is measured wrongly, as the membrane hangs meanwhile
 HANG_SD = 0.2e-3
 #: m from an edge inwards to where the bend over it is half of its most, however sharp; rad, which over the bend adds to that; and the
 #: standard deviation of both, m (`python benchmarks/cloud_errors.py`)
 INSIDE, ANGLE, INSIDE_SD = 3.0e-3, 0.03, 0.6e-3
 FARTHEST, STEP = 9.0, 0.5  # cells up the slope that the end of a bend is sought, and between looks
-#: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4; by hand, on drawn bodies
+#: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, one over a line has 2.4; by hand, on drawn bodies
 ROUND = 5.5
 
 
 def with_stand_off(cloud: Cloud, relief: Relief) -> Cloud:
-    """Return a cloud of the world whose points count what the camera and the membrane may have them off by beside their noise."""
+    """Return a cloud of the world whose standard deviations hold the errors of the camera and of the membrane beside the noise."""
     return replace(cloud, apart=np.hypot(HANG_SD, stand_off(cloud.points, relief)))
 
 
 def stand_off(points: Array, relief: Relief) -> Array:
-    """Return the standard deviations (n,), m, by which the membrane may stand off the object at points (n, 3), m, world.
+    """Return the standard deviations (n,), m, of how far the membrane stands off the object at points (n, 3), m, world.
 
     It is the root mean square of how far a point lies outside an edge whose place is uncertain: within it the membrane lies on the top.
 
@@ -53,7 +53,7 @@ def stand_off(points: Array, relief: Relief) -> Array:
         return np.zeros(0)
     end, bend = end_of_bend(points, relief)
     over = end - INSIDE - ANGLE / np.maximum(bend, LEAST)
-    # Farther out the membrane is not taken for contact: what it lies on there is held up by something else.
+    # Farther out the membrane is not taken for contact: something else holds it up there.
     out = np.where(over < SMEARED * relief.cell + INSIDE_SD, over, -INSIDE) / INSIDE_SD
     density = np.exp(-(out**2) / 2) / np.sqrt(2 * np.pi)
     return np.asarray(INSIDE_SD * np.sqrt(np.maximum((1 + out**2) * ndtr(out) + out * density, 0.0)))

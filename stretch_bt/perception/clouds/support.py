@@ -1,6 +1,6 @@
 """Which of a membrane that stays while the hand rises lies on something: by how it bends.
 
-Between two domes, or inside a ring of wire, a membrane hangs freely and stays all the same. What tells is its shape. A free membrane in
+Between two domes, or inside a ring of wire, a membrane hangs freely and stays all the same. Its shape shows that. A free membrane in
 tension obeys T_i z_xx + T_j z_yy = 0, so that where it is bent it is a saddle; one that lies on something is pressed against it
 and bends down more than that, or lies flat on a face. A flat part that is a saddle as a whole is no face.
 """
@@ -21,22 +21,22 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 SECOND = ((2, 0), (0, 2), (1, 1))  # orders of the second derivatives
-SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and by which a bend seems wider on either side
-ROUNDS = 6  # by which slopes at a border settle
+SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and how much wider a bend seems on either side
+ROUNDS = 6  # until slopes at a border have settled
 FLAT = 12.0  # 1/m: less is called flat
-LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: of the load's curvature, to be told from none
-FALL = 0.35  # of the load's curvature near by that it is at least up to where it ends
-SHARE = 0.12  # of its largest curvature that the load's is at least; of a cylinder across the hand it is a quarter
+LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: least curvature of a load
+FALL = 0.35  # least curvature of the load over the largest one near by, up to where it ends
+SHARE = 0.12  # least curvature of the load over the membrane's largest; under a cylinder across the hand it is a quarter
 RIM = 4  # cells: rim of a flat part that may bend
-WIDE = 6.0  # cells: radius of the rest from which its shape as a whole tells
-HANGS, NOISE = 0.05e-3, 4.0  # m by which a flat part that hangs rises towards a rim of it, and standard deviations
+WIDE = 6.0  # cells: least radius of the rest for a test of its shape as a whole
+HANGS, NOISE = 0.05e-3, 4.0  # m, and standard deviations: least rise towards its rim of a flat part that hangs
 ALIKE = 36.0  # cells that err as one
 GAP, SPECK = 2, 10  # cells: half a gap between parts that is closed, and a part that is noise when smaller
 
 
 @dataclass(frozen=True, slots=True)
 class _Bent:
-    """Curvatures (n, m), 1/m, positive where convex: that of the load, and the two principal ones."""
+    """Curvatures (n, m), 1/m, positive where convex: the load's, and the two principal ones."""
 
     load: Array
     most: Array
@@ -49,11 +49,11 @@ def supported(heights: Array, stays: Mask, *, turn: float, cell: float) -> tuple
     Parameters
     ----------
     heights : (n, m) float, m
-        Of the membrane over cells along the world's x and y, NaN where it was not seen.
+        Heights of the membrane over cells along the world's x and y, NaN where it was not seen.
     stays : (n, m) bool
-        Where it does while the hand rises.
+        Where it stays while the hand rises.
     turn : float, rad
-        Of the hand about the vertical; its clamps hold the membrane along its own y.
+        Turn of the hand about the vertical; its clamps hold the membrane along its own y.
     cell : float, m
         Width of a cell.
     """
@@ -104,7 +104,7 @@ def bend_along(heights: Array, at: Array, steps: Array, *, cell: float) -> Array
     Parameters
     ----------
     heights : (p, q) float, m
-        Of the surface over cells, NaN where unknown.
+        Heights of the surface over cells, NaN where unknown.
     at : (2, n) float, cells
         Places; whole numbers are middles of cells.
     steps : (k,) float, cells
@@ -173,7 +173,7 @@ def _scatter(values: Array) -> float:
 
 
 def _hollow(heights: Array, flat: Mask) -> Mask:
-    """Return the flat parts that are wide enough to tell and rise towards two sides."""
+    """Return the flat parts that are wide enough for the test and rise towards two sides."""
     from scipy.ndimage import binary_erosion, label
 
     parts, count = label(flat)
@@ -184,7 +184,7 @@ def _hollow(heights: Array, flat: Mask) -> Mask:
 
 
 def _rises(heights: Array, part: npt.NDArray[Any], size: float) -> bool:
-    """Tell whether a part bends up along some direction, by more over its half width than noise or a face explains."""
+    """Whether a part bends up along some direction, by more over its half width than noise or a face explains."""
     at = np.argwhere(part).astype(np.float64)
     x, y = ((at - at.mean(axis=0)) / size).T
     design = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])

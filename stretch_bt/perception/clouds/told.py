@@ -1,12 +1,12 @@
-"""How much of an object's surface the lowest membrane of all presses tells, felt or not.
+"""How much of an object's surface the lowest membrane of all presses shows, felt or not.
 
 That membrane lies on the object or above it. Just beyond where it was felt to lie it is still close: a membrane that resists bending
-leaves a flank before it would be tangent to it, and one that is pulled tight rises with the hand where it has lifted by a hair. What tells
-that it has not left for good is its shape: as long as it follows the object it goes on bending as it does where it was felt, and
+leaves a flank before it would be tangent to it, and one that is pulled tight rises with the hand where it has lifted by a hair. Its shape
+shows that it has not left for good: as long as it follows the object it goes on bending as it does where it was felt, and
 where it hangs free it is a saddle.
 
 An edge holds such a membrane up on a line, off which it lifts to both sides: over a flat top it touches the rim alone and spans the rest
-as a drum does, a fraction of a millimetre above it. Within a closed rim the lowest membrane therefore tells a face as well, or a hole: only
+as a drum does, a fraction of a millimetre above it. Within a closed rim the lowest membrane therefore shows a face as well, or a hole: only
 the shape can say which.
 """
 
@@ -31,18 +31,18 @@ Mask = npt.NDArray[np.bool_]
 REACH = 3.0  # cells beyond what was felt
 #: cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
 TWICE = (6.0, 0.1e-3)
-#: 1/m of a bend from which what was felt ends at an edge, and cells that the membrane is then followed beyond: it bends on without it
+#: 1/m, bend from which the surface felt ends at an edge, and cells that the membrane is then followed beyond: it bends on without it
 EDGE = (60.0, 1.0)
-HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
-#: cells, half a gap that a rim may have, and m above or below the rim nearby within which a membrane that spans it tells a face
+HOLLOW = 20.0  # 1/m that a membrane which lies on something may bend up: smoothing leaves as much of a saddle beside it
+#: cells, half a gap that a rim may have, and m above or below the rim nearby within which a membrane that spans it shows a face
 GAP, SPAN = 1, 1.0e-3
-#: 1/m, or shares of the larger and the smaller bend where it was felt, by which it may bend less: off a dome it goes by and by
+#: how much less it may bend than where it was felt, in 1/m, or shares of the larger and the smaller bend there: off a dome it goes by and by
 ALIKE = (12.0, 0.2, 0.3)
-NEARBY = 1.0e-3  # m, standard deviation of what is told but was not felt, by `python -m benchmarks.reconstruct`
+NEARBY = 1.0e-3  # m, standard deviation of a place that is shown but was not felt, by `python -m benchmarks.reconstruct`
 
 
 def told(relief: Relief) -> Mask:
-    """Return the cells (n, m) of a map whose lowest membrane tells the object's surface: those felt, without specks, and others beside them."""
+    """Return the cells (n, m) of a map whose lowest membrane shows the object's surface: felt ones, without specks, and others beside them."""
     from scipy.ndimage import distance_transform_edt, label
 
     felt = _large(relief.felt)
@@ -60,7 +60,7 @@ def told(relief: Relief) -> Mask:
 
 
 def _spanned(relief: Relief, rim: Mask) -> Mask:
-    """Return where the membrane spans what is told all around, about as high as there."""
+    """Return where the membrane spans the inside of a closed rim of such cells, about as high as the rim."""
     from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt, label
 
     closed = binary_closing(np.pad(rim, GAP + 1), iterations=GAP)[GAP + 1 : -GAP - 1, GAP + 1 : -GAP - 1]
@@ -72,7 +72,7 @@ def _spanned(relief: Relief, rim: Mask) -> Mask:
 
 
 def told_points(cloud: Cloud, relief: Relief) -> Cloud:
-    """Return a cloud of the world with one more point in each cell that is told and holds none, and without points in cells that are not."""
+    """Return a cloud of the world with one more point in each cell that `told` returns and that holds none, and without points in others."""
     known = told(relief)
     x, y = cloud.points[:, 0], cloud.points[:, 1]
     kept = cloud.part(relief.at(known, x, y, False))
@@ -108,7 +108,7 @@ def _agreed(relief: Relief) -> Mask:
 
 
 def _large(felt: Mask) -> Mask:
-    """Return what was felt without parts that are too small to tell anything."""
+    """Return the felt cells without parts that are too small to count."""
     from scipy.ndimage import label
 
     parts, _ = label(felt, np.ones((3, 3), dtype=np.int64))

@@ -46,7 +46,7 @@ def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) ->
     view : View
         What the press shows.
     relief : Relief
-        The map with the view in it; what it no longer holds is left out.
+        The map with the view in it; points that it no longer holds are left out.
     """
     if frame.pose is None or frame.plane_distance is None:
         raise InvalidInput("a contact in the world needs a frame with pose and plane_distance")

@@ -1,10 +1,10 @@
 """How far the labels of a contact reach past its border, from the curvature of the membrane across the border.
 
 Labels are drawn where a smoothed curvature has fallen to a half, which is not where the membrane leaves the body: the kernel
-widens what is curved, and a sheet that resists bending goes on bending outside, by exp(-s / l) over a length l = sqrt(D / T). Both are
+widens the curved part, and a sheet that resists bending goes on bending outside, by exp(-s / l) over a length l = sqrt(D / T). Both are
 modelled: a border at a shift from the labels, around a round body (curved within) or a flat one (curved along its rim), falls off over l
-and is smoothed by the kernel. The mean curvature by distance from the labels is compared with that of each shift, length and kind, and
-the weighted mean over all of them is the answer.
+and is smoothed by the kernel. The mean curvature by distance from the labels is compared with the model of each shift, length and kind;
+the answer is the weighted mean over all of them.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ LENGTHS = (0.3e-3, 0.8e-3, 1.5e-3, 2.5e-3, 4.0e-3)  # m, of a sheet of 2 mm that
 INSIDE, OUTSIDE, RING = 7e-3, 8e-3, 0.4e-3  # m: how far the curvature is followed, and the width of one mean
 # Bins, over the square of the kernel, of one independent value: the integral of the squared correlation of a second derivative of smoothed noise
 ALONE = 4.58
-# m; what the border that is found lies too far in on solved sheets, on all shapes and noises alike: a fillet is touched beyond the middle of
-# its bend; and the deviation that is left without noise (`python benchmarks/outline_errors.py`)
+# m; how much too far in the border is found on solved sheets, on all shapes and noises alike: a fillet is touched beyond the middle of
+# its bend; and the standard deviation that remains without noise (`python benchmarks/outline_errors.py`)
 INWARD, FORM = 0.45e-3, 0.35e-3
-# Kernels by which labels reach too far, mean and deviation: a half of a smoothed curvature lies by 0 (straight border) to 1.2 kernels (a point) out
+# How far labels reach too far, kernels, mean and deviation: half of a smoothed curvature lies 0 (straight border) to 1.2 kernels (a point) out
 REACH, REACH_SD = 0.6, 0.45
 BEYOND = 6e-3  # m past the labels, from where curvature belongs to another part of the contact
-AS_CURVED = 0.3  # of the curvature at the border, from which such a part is as clear
+AS_CURVED = 0.3  # share of the curvature at the border from which such a part is as clear
 ELSEWHERE = 5.0  # standard deviations at which the largest of some hundred places is curved
 EDGE = 1.5e-3  # m, within which of the largest shift the border may as well lie further in
-# m, what four right corners that are rounded by the finest kernel lose of a perimeter
+# m, loss of a perimeter at four right corners that the finest kernel rounds
 CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[0]
-UNEVEN = 0.4  # of a shift: what it differs along a border across which the tensions differ
+UNEVEN = 0.4  # share of a shift: how much it differs along a border across which the tensions differ
 FREE = 6.0  # independent values of a mean by distance, less shift, length and size
-RARE = 4.0  # squared misfit that a cone is behind a round or a flat body, which most contacts are
+RARE = 4.0  # squared misfit added to a cone's: most contacts are round or flat bodies
 BLUR = 1.0  # pixels over which dropouts in a region are bridged
 
 
@@ -63,7 +63,7 @@ class Border:
 
     @property
     def uneven(self) -> Length:
-        """Deviation, m, of a perimeter that is not seen in the border's place: its corners, and what a shift alike all around is not."""
+        """Standard deviation, m, of a perimeter beside the border's place: its corners, and a shift that is not alike all around."""
         return math.hypot(CORNERS, 2.0 * math.pi * UNEVEN * self.shift.value)
 
 
@@ -121,7 +121,7 @@ def border_of(contact: Contact) -> Border:
     mean = float(weights @ shifts)
     if not SHIFTS[0] < mean < SHIFTS[-1] - EDGE:
         raise IllConditioned(
-            f"the border of the contact lies {mean * 1e3:.0f} mm or more within what is labelled; look again, press deeper, or give a `level`"
+            f"the border of the contact lies {mean * 1e3:.0f} mm or more within the labels; look again, press deeper, or give a `level`"
         )
     sd = math.hypot(math.sqrt(float(weights @ (shifts - mean) ** 2)), FORM)
     return Border(Estimate(mean - INWARD, sd), scale.ground.kernel)
@@ -133,13 +133,13 @@ def _check_whole(rings: _Rings, scale: Scale) -> None:
     means, alone = rings.means(signal.curvature), rings.count / (ALONE * ground.surface.sigma**2)
     if float((means * np.sqrt(np.maximum(alone, 1.0))).max()) < ELSEWHERE * signal.sd:
         raise IllConditioned(
-            "the membrane is not clearly curved at the border of what is labelled; press deeper, average more frames, or give a `level`"
+            "the membrane is not clearly curved at the border of the labels; press deeper, average more frames, or give a `level`"
         )
     beyond = (rings.distance > BEYOND) & ground.raised & rings.trusted
     there = float(signal.curvature.max(where=beyond, initial=0.0))
     if there > max(AS_CURVED * float(means.max()), ELSEWHERE * signal.sd):
         raise IllConditioned(
-            f"the membrane is curved by {there:.0f} per metre over {BEYOND * 1e3:.0f} mm beyond what is labelled as contact, which seems to be"
+            f"the membrane is curved by {there:.0f} per metre over {BEYOND * 1e3:.0f} mm beyond the pixels labelled as contact, which seem to be"
             " a part of it, as the higher side of a leaning face is; press deeper, or give a `level`"
         )
 
@@ -185,7 +185,7 @@ def _in_bins(image: Array, cleaned: Cleaned, surface: Surface) -> Array:
 
 
 def _curved(cleaned: Cleaned, scale: Scale, ratio: float) -> tuple[Image, Image, Image]:
-    """Return the mean curvature (h, w), 1/m, that a round body has all over, one that peaks at the rim of a flat body, and that of a cone.
+    """Return the mean curvature (h, w), 1/m, that a round body has all over, one that peaks at the rim of a flat body, and a cone's.
 
     Divided by powers of the slope it is even on a sphere; the plain second derivative has its peak at a kink, the other one inside.
     """
@@ -198,7 +198,7 @@ def _curved(cleaned: Cleaned, scale: Scale, ratio: float) -> tuple[Image, Image,
 def _misfits(rings: _Rings, curved: tuple[Image, Image, Image], scale: Scale) -> tuple[Array, Array]:
     """Return shifts (n,), m, and the squared misfit of each, in standard deviations, over both kinds of body and all lengths.
 
-    The noise is what the frame has, or what the best of all leaves where that is more.
+    The noise is the frame's, or the residual to the best of all where that is more.
     """
     surface, signal = scale.ground.surface, scale.signals[0]
     weight = rings.count / (ALONE * surface.sigma**2)
@@ -228,7 +228,7 @@ def _flat(past: Array, length: float) -> Array:
 
 
 def _pointed(past: Array, length: float) -> Array:
-    """Return that of a cone, which grows towards its tip as one over the distance from there."""
+    """Return the curvature of a cone, which grows towards its tip as one over the distance from the tip."""
     radius = max(-float(past.min()), RING)
     return np.where(past < 0.0, radius / np.maximum(radius + past, RING), np.exp(-np.maximum(past, 0.0) / length))
 
@@ -243,6 +243,6 @@ def _smoothed(image: Array, sigma: float) -> Image:
 
 
 def _left(seen: Array, model: Array, weight: Array) -> float:
-    """Return the weighted squares that a model leaves of what is seen, at its best size: a contact is convex."""
+    """Return the weighted squared residual to a model at its best size, which is not negative: a contact is convex."""
     size = max(float((weight * model) @ seen) / max(float((weight * model) @ model), 1e-30), 0.0)
     return float(weight @ (seen - size * model) ** 2)

@@ -1,4 +1,4 @@
-"""The outline of a contact: the labels' border, moved to where the membrane leaves the body, with what its place may be off."""
+"""The outline of a contact: the labels' border, moved to where the membrane leaves the body, with the error of its place."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, MADE, Contac
 
 __all__ = ["contact_outline"]
 
-LEAST_SOLID = 0.85  # area of a region over that of its convex hull
-# m, by which labels end off a border that curvature does not show, of a membrane that is pulled and of others, and how unlike that is along the
-# border, as a part of it (`python benchmarks/outline_errors.py`)
+LEAST_SOLID = 0.85  # area of a region over its convex hull's
+# m, standard deviation of the labels' end from a border that curvature does not show, for a membrane that is pulled and for others, and how much
+# it differs along the border, as a part of it (`python benchmarks/outline_errors.py`)
 UNSEEN, UNPULLED, UNLIKE = 2.2e-3, 8e-3, 0.4
 PART = 1.2  # times the labels that a leaning face holds, from which they are a part of the contact, and their border is none of it
 VAGUE = 0.5  # deviation of the border's place over the radius of the disc of the contact's area
 
 
 def contact_outline(contact: Contact) -> Outline:
-    """Return the outline of a contact, in the plane of the flat membrane; the deviations count an error of place of all of it.
+    """Return the outline of a contact, in the plane of the flat membrane; the standard deviations include an error of place of all of it.
 
-    The labels reach too far: the border lies where their region, less what `border_of` tells, ends. Where curvature does not show it, as
-    of a membrane that is not pulled, of a contact that is seen in part, or of one that noise or the bending of the sheet hides, the labels
-    are taken as they are and the border is stated with `UNSEEN`, or `UNPULLED`, and with how far a leaning face reaches past them.
+    The labels reach too far: the border lies inside their region, by the shift that `border_of` returns. Where curvature does not show it,
+    as of a membrane that is not pulled, of a contact that is seen in part, or of one that noise or the bending of the sheet hides, the labels
+    are taken as they are; the error of place is then `UNSEEN`, or `UNPULLED`, and how far a leaning face reaches past them.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def _moved(contact: Contact) -> Outline:
     found = outline_of(labels, contact.surface)
     if shift.sd > VAGUE * math.sqrt(found.area / math.pi):
         raise IllConditioned(
-            f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, too vague for its size;"
+            f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within the labels, too vague for its size;"
             " average more frames, press deeper, or give a `level`"
         )
     return placed(found, shift.sd, border.uneven)
@@ -80,6 +80,6 @@ def _check_solid(region: MaskArray) -> None:
     solid = np.count_nonzero(region) / max(cv2.contourArea(corners), 1.0)
     if solid < LEAST_SOLID:
         raise IllConditioned(
-            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body;"
+            f"the pixels labelled as contact fill {solid:.0%} of their convex hull, as a part of a rim does and no contact of a convex body;"
             " press deeper, or give a `level`"
         )

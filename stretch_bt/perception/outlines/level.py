@@ -24,7 +24,7 @@ LEAST = 1e-3  # m over the flat membrane, below which nothing stands in it
 def highest_of(surface: FloatArray) -> Length:
     """Return the height of the highest place of a surface (h, w, 3), m, membrane frame, NaN where invalid.
 
-    It is that of the lower edge of the highest half per cent, after a blur: without curvature, so that it serves for flat tops
+    It is the height that half a per cent of the pixels exceed, after a blur. It needs no curvature, so that it serves for flat tops
     too; a round one comes out low by some tenths of a millimetre.
 
     Raises
@@ -47,7 +47,7 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     """Return the outline of the highest place of a membrane at a level below it, in the plane of the flat membrane.
 
     Over a flat body under a slack membrane it is the border of the body rounded by its shoulder: unlike the border of contact it
-    needs no curvature, of which noise leaves little. Its circularity is stated with what the shoulder hides of the body, so that
+    needs no curvature, of which noise leaves little. The error of its circularity includes what the shoulder hides of the body, so that
     cookies closer than some 0.05 are not ranked by it.
 
     Parameters
@@ -55,9 +55,9 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     surface : (h, w, 3) float, m, membrane frame
         The point of each pixel, NaN where invalid.
     below
-        How far below the top that `highest_of` tells, m.
+        Distance, m, of the level below the top that `highest_of` returns.
     noise
-        Of the surface, as a contact has it; unless given, none is counted.
+        Noise of the surface, as a contact has it; unless given, none is counted.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     if not (is_number(below) and below > 0):
         raise InvalidInput(f"a level is finite and above 0 m below the top, not {shown(below)}")
     if noise is not None:
-        check_kind("noise", noise, SurfaceNoise, "`surface_noise` tells it")
+        check_kind("noise", noise, SurfaceNoise, "`surface_noise` measures it")
     top = highest_of(surface)
     heights, valid = blurred(surface)
     if below > top - LEAST:

@@ -19,16 +19,16 @@ Array = npt.NDArray[np.float64]
 BLUR = 2.5  # pixels, over which noise is averaged; half a millimetre of a surface seen from 200 mm
 TOP = 0.5  # per cent of the pixels that count as the top: a disc 8 mm across of a membrane of 100 x 90 mm
 LEAST_SLOPE = 0.02  # m/m, below which a level is no line
-DRAWS = 4  # of noise, that show what it does to the top
-FIRST = 1.6  # what the first blur does over what the second does: 1 on smooth surfaces, 2.4 at a kink
-PIXEL = 0.07  # pixels: what drawing a line on a grid leaves of its place
+DRAWS = 4  # draws of noise that show its effect on the top
+FIRST = 1.6  # effect of the first blur over the second's: 1 on smooth surfaces, 2.4 at a kink
+PIXEL = 0.07  # pixels: error of a line's place from drawing it on a grid
 
 
 def with_level_errors(outline: Outline, surface: FloatArray, region: MaskArray, noise: SurfaceNoise | None) -> Outline:
-    """Return the outline of a region (h, w) above a level, with what its place and its length may be off added to what it states.
+    """Return the outline of a region (h, w) above a level, with the errors of its place and its length added to its standard deviations.
 
     An error of height moves the line by itself over the slope there: where it is alike, all of the line; elsewhere it wriggles, and is too
-    long. The blur lowers what is round and raises what is hollow: a second blur shows by how much.
+    long. The blur lowers round places and raises hollow ones: a second blur shows by how much.
     """
     import cv2
 
@@ -52,9 +52,9 @@ def with_level_errors(outline: Outline, surface: FloatArray, region: MaskArray, 
 
 
 def _top_error(heights: Array, valid: MaskArray, sd: float, wide: float) -> float:
-    """Return the root mean square, m, of what noise of a deviation and a length, pixels, does to the top: it raises it.
+    """Return the root mean square, m, of how much noise of a standard deviation, m, and a length, pixels, raises the top.
 
-    Noise is added to what has as much already, which raises a flat top by sqrt(2) - 1 of what the first did.
+    Noise is added to heights that have as much already, which raises a flat top by sqrt(2) - 1 of what the first did.
     """
     import cv2
 

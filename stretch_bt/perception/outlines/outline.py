@@ -30,22 +30,22 @@ from stretch_bt.units import Area, Length, is_number
 __all__ = ["Outline", "outline_of", "placed"]
 
 HOLE = 9  # pixels across, from which pixels without depth are an area and no dropouts
-UNLABELLED = 7.5e-3  # m from such an area, within which curvature cannot be told and nothing is labelled as contact
+UNLABELLED = 7.5e-3  # m from such an area, within which curvature cannot be measured and nothing is labelled as contact
 BESIDE_HOLE = 0.2  # share of an outline there
-# What a part of a perimeter that is not seen changes a circularity by, as a part of it: 2 where a wiggle takes no area, 1 where a corner that is
+# Relative error of a circularity over the relative part of a perimeter that is not seen: 2 where a wiggle takes no area, 1 where a corner that is
 # rounded takes as much of it (`python benchmarks/outline_errors.py`)
 SHAPE = 1.5
-LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring it leaves of its place
+LEAST_PIXEL_NOISE = 0.07  # pixels: error of an edge's place from drawing it on a grid and blurring it
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Outline(BriefRepr):
     """A closed line around a region, with what it encloses.
 
-    `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations count the
-    border's own roughness and `place_sd`, m, the deviation of an error by which all of the line lies too far out or in: it moves the area
-    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. `hidden` is the standard deviation of what a
-    circularity misses of the body that is not in the line.
+    `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations include the
+    border's own roughness and `place_sd`, m, the standard deviation of an error that moves all of the line out or in, the area
+    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. `hidden` is the standard deviation of a
+    circularity from those parts of the body's shape that the line does not show.
     """
 
     vertices: FloatArray
@@ -108,9 +108,9 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
 
 
 def placed(outline: Outline, sd: float, uneven: float = 0.0) -> Outline:
-    """Return an outline with the deviation, m, of an error of place of all of it added to what it states.
+    """Return an outline with `sd`, m, the standard deviation of an error of place of all of it, added to its own.
 
-    `uneven`, m, is a further deviation of its perimeter.
+    `uneven`, m, is a further standard deviation of its perimeter.
     """
     ratio, perimeter = outline.roundness().circularity, outline.perimeter
     lost = ratio * math.hypot((perimeter / outline.area - 4.0 * math.pi / perimeter) * sd, SHAPE * uneven / perimeter)
@@ -175,7 +175,7 @@ def _outline(vertices: Array, pitch: float) -> Outline:
     area = area_of(curve)
     if len(curve) < CORNERS:
         raise IllConditioned(
-            f"an outline of {len(curve)} vertices is too coarse to tell its noise from its shape; move the camera nearer"
+            f"an outline of {len(curve)} vertices is too coarse to separate its noise from its shape; move the camera nearer"
         )
     curve = even(curve)
     noise = max(noise_of(curve)[0], LEAST_PIXEL_NOISE * pitch)

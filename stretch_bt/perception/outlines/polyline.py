@@ -24,13 +24,13 @@ Curve = npt.NDArray[np.complex128]
 Array = npt.NDArray[np.float64]
 
 HALF_WIDTHS = (1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30)  # samples to either side, from none used to many
-NOISE_HALF_WIDTH = 5  # samples over which noise and shape are told apart
-STRAY = 3.2  # standard deviations by which a wider fit may differ before the boundary is taken to bend
+NOISE_HALF_WIDTH = 5  # samples over which noise and shape are separated
+STRAY = 3.2  # standard deviations that a wider fit may differ before the boundary is taken to bend
 GIVEN_BACK = 0.75  # share of what smoothing took that a second pass returns: less bias at corners for a little noise
 UNEVEN = 3.0  # longest over median gap, over a few samples, from which an outline is sampled anew
 LEAST, MOST = 16, 20000  # samples
-LEAST_SIDE = 0.3  # of the usual one, that a side counts as at least
-REDRAWN = 8  # curves of other noise, of which what is expected is the mean
+LEAST_SIDE = 0.3  # least length of a side that counts, as a share of the usual one
+REDRAWN = 8  # curves of other noise, whose mean is the expected value
 
 
 def area_of(curve: Curve) -> float:
@@ -81,7 +81,7 @@ def _weights(half: int) -> Array:
 
 @lru_cache(maxsize=8)
 def _spectra(count: int) -> Array:
-    """Return (k, count): by what each fit of a closed curve multiplies its frequencies."""
+    """Return (k, count): the factors of each fit of a closed curve on its frequencies."""
     rows = np.zeros((len(_half_widths(count)), count))
     for row, half in zip(rows, _half_widths(count), strict=True):
         weights = _weights(half)
@@ -112,7 +112,7 @@ def _half_widths(count: int) -> list[int]:
 
 
 def _noise_sd(curve: Curve, normal: Curve, fits: Curve) -> float:
-    """Return the standard deviation across the curve, from what a local quadratic leaves; a few corners do not count."""
+    """Return the standard deviation across the curve, from the residuals to a local quadratic; a few corners do not count."""
     halves = [half for half in _half_widths(len(curve)) if half <= NOISE_HALF_WIDTH]
     left = ((curve - fits[len(halves) - 1]) * np.conj(normal)).real
     share = 1.0 - float(_weights(halves[-1])[halves[-1]])
@@ -123,7 +123,7 @@ def smoothed(curve: Curve) -> Curve:
     """Return a curve of at least 16 even samples without its noise, its corners kept.
 
     At each sample the widest local quadratic is taken that still agrees with all narrower ones within their errors
-    (Goldenshluger and Nemirovski, 1997; Katkovnik, 1999), the noise being what the curve itself shows.
+    (Goldenshluger and Nemirovski, 1997; Katkovnik, 1999), with the noise that the curve itself shows.
     """
     fits = _fits(curve)
     return _taken(curve, fits, _widths(curve, fits))
@@ -140,14 +140,14 @@ def _widths(curve: Curve, fits: Curve) -> npt.NDArray[np.int64]:
 
 
 def _taken(curve: Curve, fits: Curve, which: npt.NDArray[np.int64]) -> Curve:
-    """Return a curve (n,) with the fits (k, n) that are taken, and a part of what they leave."""
+    """Return a curve (n,) with the fits (k, n) that are taken, and a part of the residuals to them."""
     at = np.arange(len(which))
     found = fits[which, at]
     return np.asarray(found + GIVEN_BACK * _fits(curve - found)[which, at])
 
 
 def lengthened(curve: Curve) -> float:
-    """Return by what part of itself a smoothed curve is longer for the noise that smoothing has left, as it is expected.
+    """Return the expected relative excess length of a smoothed curve due to the noise that smoothing has left.
 
     A side is longer by half the square of how much its ends stray from each other across it, over its length.
     """

@@ -30,7 +30,7 @@ REPLICATES = 24  # of the boundary's own noise, for the standard deviation
 
 @dataclass(frozen=True, slots=True)
 class Roundness:
-    """A circularity with its standard deviation, and the method by which it was had: they differ by 10 % and more."""
+    """A circularity with its standard deviation, and the method that gave it: methods differ by 10 % and more."""
 
     circularity: float
     circularity_sd: float
@@ -47,15 +47,15 @@ def circularity(outline: npt.NDArray[Any], *, method: Method = "contour") -> flo
         samples of a boundary with noise.
     method : "contour", "pixel_chain" or "low_pass"
         "contour": the perimeter of the outline, smoothed as far as its own noise asks for and no further at corners.
-        "pixel_chain": that of the chain of pixels which a tracer returns, as much of the literature has it; a perfect
+        "pixel_chain": the perimeter of the chain of pixels which a tracer returns, as much of the literature has it; a perfect
         disc scores 0.89 to 0.90. An outline that is no such chain is drawn on a grid of its spacing and traced.
-        "low_pass": that of its first 8 Fourier harmonics; a perfect square scores 0.84.
+        "low_pass": the perimeter of its first 8 Fourier harmonics; a perfect square scores 0.84.
 
     Returns
     -------
     Estimate
-        The standard deviation is that of the noise which the boundary itself shows, and what smoothing leaves of it. What every outline of a sampled
-        object has lost, as at sharp corners, is not in it: a square of 60 samples a side comes out up to 0.03 high.
+        The standard deviation comes from the noise which the boundary itself shows, and from the noise that smoothing leaves. The loss of every
+        outline of a sampled object, as at sharp corners, is not in it: a square of 60 samples a side comes out up to 0.03 high.
 
     Raises
     ------

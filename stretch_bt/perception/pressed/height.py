@@ -1,4 +1,4 @@
-"""Height of a sphere's top by the whole membrane: where the contact ends, the sheet goes on as its tension tells it to."""
+"""Height of a sphere's top by the whole membrane: where the contact ends, the sheet's tension gives its shape."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ __all__ = ["FORM_OFF", "MountedMembrane", "membrane_height", "mounted_membrane"]
 Array = npt.NDArray[np.float64]
 
 STRIDE = 4  # pixels; neighbours share their noise
-SIDE, END = 0.85, 0.93  # of half the width and half the length, within which the membrane is looked at
+SIDE, END = 0.85, 0.93  # shares of half the width and half the length within which the membrane is looked at
 SIZES = 0.5, 2.0  # of the table's membrane, between which one stands for another
-PROPORTION = 0.02  # by which the width over the gauge may differ from that of the table
+PROPORTION = 0.02  # largest relative difference of the width over the gauge from the table's
 BLOCK = 0.010  # m, over which no noise is shared
-OFFSET = 3e-5  # m; standard deviation of what a camera adds to all heights once its static error is off
+OFFSET = 3e-5  # m; standard deviation of a camera's error that all heights share once its static error is subtracted
 BESIDE = 5e-3  # m from the membrane's middle, within which a press counts as one in the middle
-FORM_OFF = 2e-5  # m, by which all heights are off alike for what friction and another rubber do to the shape
-STEEP, STEEPER = 0.35, 1.5e-4  # slope at the rim past which they do more, m for each unit of it, at SPAN
+FORM_OFF = 2e-5  # m, error that all heights share, as friction and another rubber change the shape
+STEEP, STEEPER = 0.35, 1.5e-4  # slope at the rim past which they change it more, and m for each unit of slope, at SPAN
 SPAN = 0.02  # m
 FLYING = 1e-3  # m
 ROUNDS = 20
 SETTLED = 1e-7  # m
 LEAST_POINTS, LEAST_BLOCKS = 200, 20
 LEAST_BEND = 0.3  # of the pull of residuals over their weight; noise of a camera has 0.83
-LEAST = 2e-5  # m; what splines through the table leave
+LEAST = 2e-5  # m; residual of splines through the table
 STEP = 0.02  # of depth and radius, over which the shape's derivatives are taken
-UNSETTLED = "the shape of the membrane does not settle on what is seen; measure the height by the contact alone"
-WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such a membrane
+UNSETTLED = "the shape of the membrane does not settle on the points seen; measure the height by the contact alone"
+WRONG = 3e-4  # m, rms residual of blocks: no sphere in the middle of such a membrane
 
 
 @dataclass(frozen=True, slots=True)
 class MountedMembrane:
-    """A membrane between its clamps; lengths in m, `thickness` that before any stretch.
+    """A membrane between its clamps; lengths in m, `thickness` before any stretch.
 
-    `span` is how far the clamps are apart past the gauge, mount pre-stretch and stretch together; `hang` how far the free
-    membrane hangs in its middle at that span.
+    `span` is the distance of the clamps less the gauge: mount pre-stretch and stretch together. `hang` is the sag of the free
+    membrane in its middle at that span.
     """
 
     gauge: float
@@ -79,22 +79,22 @@ def membrane_height(
     """Return the height of a sphere's top in the middle of the membrane, z of the membrane frame, m, by all of the membrane.
 
     The shape of the solved sheet (`ShapeTable`) is fitted to all that is seen of it: depth, radius, place, the hang and a common offset,
-    with Tukey's weights. Its standard deviation is that of residuals that blocks of 10 mm share, after Liang and Zeger (Biometrika 73, 13,
-    1986), and what friction and other rubbers do to a steep shape; what they do to all heights alike, FORM_OFF, is not in it.
+    with Tukey's weights. Its standard deviation comes from residuals that blocks of 10 mm share, after Liang and Zeger (Biometrika 73, 13,
+    1986), and from the effect of friction and other rubbers on a steep shape; their effect on all heights alike, FORM_OFF, is not in it.
 
     Parameters
     ----------
     points : (h, w, 3) float, m, membrane frame
     valid : (h, w) bool
     curvature
-        Of the sphere, 1/m, as far as something else knows it.
+        Curvature of the sphere, 1/m, as it is known from elsewhere.
     depth
         A first guess of the height, m.
 
     Raises
     ------
     IllConditioned
-        What is seen is no press of a sphere in the middle of such a membrane, or lies beyond the table.
+        The points show no press of a sphere in the middle of such a membrane, or one beyond the table.
     InvalidInput
         Shapes that do not go together, or a curvature without a finite standard deviation above 0.
     """
@@ -142,13 +142,13 @@ def _seen(points: FloatArray, valid: MaskArray, membrane: MountedMembrane) -> Ar
     near = good & (np.abs(some[:, 0]) < across) & (np.abs(some[:, 1]) < along) & np.isfinite(some[:, 2])
     if np.count_nonzero(near) < LEAST_POINTS:
         raise IllConditioned(
-            "too little of the membrane is seen to tell its shape; keep the whole of it in view, free of reflections"
+            "too little of the membrane is seen to fit its shape; keep the whole of it in view, free of reflections"
         )
     return np.ascontiguousarray(some[near].T, dtype=np.float64)
 
 
 class _Fit:
-    """Gauss-Newton over (depth, ln radius, offset, x, y, hang); lengths in those of the table's membrane."""
+    """Gauss-Newton over (depth, ln radius, offset, x, y, hang); lengths are scaled to the table's membrane."""
 
     def __init__(self, forms: Forms, seen: Array, membrane: MountedMembrane, scale: float, curvature: Estimate) -> None:
         self.forms, self.scale, self.span = forms, scale, membrane.span / scale
@@ -159,7 +159,7 @@ class _Fit:
         self.prior_sd = np.array([np.inf, curvature.sd / curvature.value, *lengths])
         if self._blocks < LEAST_BLOCKS:
             raise IllConditioned(
-                "too little of the membrane is seen to tell its shape; keep the whole of it in view, free of reflections"
+                "too little of the membrane is seen to fit its shape; keep the whole of it in view, free of reflections"
             )
 
     def solve(self, depth: float) -> Estimate:
@@ -179,19 +179,19 @@ class _Fit:
             raise IllConditioned(UNSETTLED)
         if self._misfit(left) * self.scale > WRONG or math.hypot(q[3], q[4]) * self.scale > BESIDE:
             raise IllConditioned(
-                "what is seen is no press of a sphere in the middle of the membrane; move the hand over the object's"
+                "the points show no press of a sphere in the middle of the membrane; move the hand over the object's"
                 " top, or measure the height by the contact alone"
             )
         own = self._sd(design, left, weight, normal, sd) * self.scale
         return Estimate(float(q[0]) * self.scale, math.hypot(own, self._form_off(q) * self.scale))
 
     def _form_off(self, q: Array) -> float:
-        """Return what the table's shapes leave of the height of other hands, as `benchmarks/shape_table.py` checks it."""
+        """Return the error of the height when the table's shapes stand for other hands', as `benchmarks/shape_table.py` checks it."""
         slope = math.sqrt(max(float(q[0]), 0.0) / (2 * math.exp(q[1])))
         return STEEPER * max(slope - STEEP, 0.0) * self.span / SPAN
 
     def _residuals(self, q: Array) -> tuple[Array, Array]:
-        """Return what is left of the heights (n,), and the design (n, 6)."""
+        """Return the residuals of the heights (n,), and the design (n, 6)."""
         depth, radius, hang = float(q[0]), math.exp(q[1]), float(q[5])
         x, y = self.x - q[3], self.y - q[4]
         form = self.forms.form(radius, depth)
@@ -215,7 +215,7 @@ class _Fit:
         return weighed.T @ design + np.diag(own), weighed.T @ left + own * (self.prior - q) * np.isfinite(self.prior_sd)
 
     def _own(self, sd: float) -> Array:
-        """Return what the priors add to the normal matrix (6,)."""
+        """Return the part of the normal matrix's diagonal (6,) that the priors add."""
         return np.asarray((sd * math.sqrt(len(self.z) / self._blocks) / self.prior_sd) ** 2)
 
     def _misfit(self, left: Array) -> float:

@@ -1,8 +1,8 @@
 """Shapes of the solved sheet under spheres, as the data that a benchmark command made, and splines through them.
 
-A shape is that of a membrane of 100 by 90 mm with a sphere in its middle: the height of a quarter over the depth of the press,
-without weight, at three thicknesses, as a thicker sheet bends less sharply, and what weight adds, over the hang of the free
-membrane. The span is how far the clamps are apart past the gauge, mount pre-stretch and stretch together.
+Each shape is for a membrane of 100 by 90 mm with a sphere in its middle: the height of a quarter over the depth of the press,
+without weight, at three thicknesses, as a thicker sheet bends less sharply, and the change by weight, over the sag of the free
+membrane. The span is the distance of the clamps less the gauge: mount pre-stretch and stretch together.
 `benchmarks/shape_table.py` makes the file.
 """
 
@@ -57,7 +57,7 @@ class ShapeTable:
         return float(hang * at[0] / at[1])
 
     def at(self, span: float, thickness: float) -> Forms:
-        """Return the shapes at a span, m, of a membrane so thick, m; raises InvalidInput where they are not between those of the table."""
+        """Return the shapes at a span, m, of a membrane of a thickness, m; raises InvalidInput where these lie outside the table."""
         _require("span", span, self.spans)
         _require("thickness", thickness, self.thicknesses)
         weights, by_thickness = np.asarray(self._spline(span)), np.asarray(self._through(thickness))
@@ -93,7 +93,7 @@ class Forms:
         Raises
         ------
         InvalidInput
-            The press is not between those of the table.
+            The press lies outside the table.
         """
         _require("diameter", 2 * radius, self.diameters)
         i = min(int(np.searchsorted(self.diameters, 2 * radius)), len(self.diameters) - 1)
@@ -114,7 +114,7 @@ def _require(name: str, value: float, known: Array) -> None:
 
 
 def _units(places: Array) -> CubicSpline:
-    """Return the spline of the unit vectors over some places: its values are what each place counts."""
+    """Return the spline of the unit vectors over some places: its values are the weights of the places."""
     from scipy.interpolate import CubicSpline
 
     return CubicSpline(places, np.eye(len(places)))
@@ -136,7 +136,7 @@ class Form:
 
 
 def _mirrored(quarter: Array, across: Array, along: Array) -> Any:
-    """Return a spline over the whole of what one quarter tells."""
+    """Return a spline over the whole membrane from one quarter."""
     from scipy.interpolate import RectBivariateSpline
 
     half = np.concatenate([quarter[:, :0:-1], quarter], axis=1)

@@ -1,4 +1,4 @@
-"""Whether what a sphere was fitted to may be something else: a lying cylinder, a face that leans, or a sheet that spans a face as a drum."""
+"""Whether the body that a sphere was fitted to may be something else: a lying cylinder, a face that leans, or a sheet that spans a face as a drum."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ __all__ = ["check_ball"]
 Array = npt.NDArray[np.float64]
 
 INSIDE = 0.9  # of the rim, within which the body alone is seen
-LEAST = 16  # cells there, of which forms are told
+LEAST = 16  # fewest cells there, for a test of forms
 # Set over balls, lying cylinders and leaning boxes under membranes of constant tensions, sharp and blurred over 1.2 mm, with four kinds of noise.
-# Difference of two principal curvatures over their sum, with SURE deviations, from which a contact may be a ridge, whose is 1, and what clearly
-# is more than a ball's: of 165 balls 1 % are beyond one of them, and seven in ten of the others that had passed for balls.
+# Difference of two principal curvatures over their sum, with SURE deviations, from which a contact may be a ridge, where it is 1, and one that is
+# clearly more than a ball's: of 165 balls 1 % are beyond one of them, and seven in ten of the others that had passed for balls.
 RIDGE, SURE = 0.5, 2.0
 UNEVEN, CERTAIN = 0.4, 3.3
-# What is uneven for sure, as the top of an ellipsoid is whose axes are as 5 to 4; and deviations below which noise may make a ball uneven.
+# What is uneven for sure, as the top of an ellipsoid with axes as 5 to 4; and deviations below which noise may make a ball uneven.
 CLEAR, CLEARLY = 0.12, 4.0
 BY_NOISE = 2.5
 # Most lift of a sheet of 2 mm around a ball, over the ball's curvature, m^2: D / T is 3e-6 to 7e-6, 520 balls came to 4.7e-6, and membranes over
 # ellipsoids, which the rim of no ball fits, to 12e-6 and more, with a rim of less than 1.4 bending lengths. A wide rim is one, whatever is around it.
 LIFTED, WIDE = 8e-6, 2.0
 # Chi-square of seven other forms, and how much of them there is over the fall from top to rim, from which there are some: of 173 balls none is
-# beyond both, and four in ten of what is left of the others.
+# beyond both, and four in ten of the others that are left.
 OTHER, SEEN = 30.0, 0.15
 
 
 def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> float:
     """Refuse a sphere whose contact may be a ridge, or whose residuals within the rim hold forms that no ball has.
 
-    Returns the difference of its two principal curvatures over their sum, as far as noise does not explain it: by so much of itself one
-    curvature for both is unsure. `own` is the least that a cell errs by itself, of the standard deviation of a pixel. The forms are those of
+    Returns the difference of its two principal curvatures over their sum, as far as noise does not explain it: the relative error of one
+    curvature for both. `own` is the least error of a cell by itself, over the standard deviation of a pixel. The forms are the aberrations of
     an optical surface that is no sphere: astigmatism, which makes a ridge, then coma, trefoil, spherical and fourfold aberration.
     """
     q, rim = fit.surface.q, fit.surface.rim
@@ -50,7 +50,7 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
         )
     inside = np.hypot((cells.x - q[6]) / math.exp(q[4]), (cells.y - q[7]) / math.exp(q[5])) < INSIDE
     if np.count_nonzero(inside) < LEAST:
-        raise IllConditioned("too little of the contact is seen to tell a ball from something else; press deeper")
+        raise IllConditioned("too little of the contact is seen to distinguish a ball from something else; press deeper")
     x, y, seen = (cells.x[inside] - q[6]) / rim, (cells.y[inside] - q[7]) / rim, cells.some(inside)
     whiten = whitener(noise.own(seen, own), noise.shared(seen) if noise.smooth else None)
     square, ridge = x * x + y * y, [x * x - y * y, 2.0 * x * y]

@@ -27,22 +27,22 @@ Array = npt.NDArray[np.float64]
 
 STARTS, FEW_STARTS = {SPHERE: 4, FACE: 3, CONE: 1}, {SPHERE: 3, FACE: 2, CONE: 1}  # under smooth noise, and under white
 LEAST_OWN = (
-    0.1  # of the standard deviation of a pixel, that a cell errs by itself: neither shape nor covariance are exact
+    0.1  # least error of a cell by itself, over the standard deviation of a pixel: neither shape nor covariance are exact
 )
 SEARCHED, SEARCH_STEPS = (
     0.25,
     6,
-)  # of the standard deviation of a pixel, that each cell errs by itself while a fit is searched
-# Of the curvature times the squared sine of the cap, by which the model of the membrane errs: of one pulled alike, and of one pulled along
+)  # error of each cell by itself, over the standard deviation of a pixel, while a fit is searched; and steps then
+# Error of the model of the membrane, over the curvature times the squared sine of the cap: of one pulled alike, and of one pulled along
 # j, whose tensions change over a steep skirt. Sheets of the finite-strain solver and of revolution, without noise.
 MODEL, MODEL_PULLED = 0.006, 0.025
-# Of the curvature, by which it errs over a sheet that bends: BENDING for any, and NARROW (LENGTH / rim)^4 for a rim hardly wider than the bend.
+# Its error over the curvature, for a sheet that bends: BENDING for any, and NARROW (LENGTH / rim)^4 for a rim hardly wider than the bend.
 # Sheets of 2 mm without noise over balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm.
 BENDING, NARROW = 0.0035, 0.7
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
-FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
+FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # most steps, and gain at the end, of a fit that is good enough to show the noise
 STEPS, CLOSE = 12, 0.02
-ALIKE = 1.3  # by which deviations grow where all noise is smooth: they lean on how far it reaches, which is known to a tenth
+ALIKE = 1.3  # factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
 SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
     5.0,
@@ -53,9 +53,9 @@ THINNED, BESIDE = (
     3,
     12.0,
 )  # of how many cells one is searched with; nats below the best of a kind that its second may have there
-NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
-SMALL, WIDER = 0.35, 2.8  # of the window's size, below which a rim is small in it; rims that it is then made wide
-MISFIT = 2.0  # of the noise's variance, beyond which a contact is no such shape
+NEAR = 0.4  # difference in the logarithm of a rim's size within which a start is the same
+SMALL, WIDER = 0.35, 2.8  # share of the window's size below which a rim is small in it; size of the new window then, in rims
+MISFIT = 2.0  # times the noise's variance, beyond which a contact is no such shape
 MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a hundredth
 
 
@@ -63,7 +63,7 @@ MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a 
 class _Explained:
     """All fits of a contact, and the cells they are of.
 
-    `scale` is by how much more than their `noise` (variance) the best leaves, `wider` by how much deviations grow.
+    `scale` is the residual variance of the best over their `noise`, at least 1, `wider` the factor on deviations.
     """
 
     fits: list[BodyFit]
@@ -208,7 +208,7 @@ def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFi
 
 
 def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: Cells) -> Array:
-    """Return what the pixels of the window, or of the middle of a large one, are above a surface, m, NaN outside."""
+    """Return the residuals of the pixels of the window, or of the middle of a large one, to a surface, m, NaN outside."""
     inside = np.empty(contact.surface.shape[:2], dtype=bool)
     fill_within(contact.surface, window.x, window.y, window.a, window.b, inside)
     box = _seen_box(inside)
@@ -237,7 +237,7 @@ def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:
     center, by_parameters = center_of(np.array([*fit.surface.q[:3], k]))
     covariance = fit.covariance[:4, :4] * explained.scale * explained.wider**2
     shrunk = min(sd / math.sqrt(max(float(covariance[3, 3]), 1e-300)), 1.0)
-    covariance[3] *= shrunk  # a curvature that is surer than that of the fit moves the top by less, too
+    covariance[3] *= shrunk  # a curvature that is surer than the fit's moves the top by less, too
     covariance[:, 3] *= shrunk
     covariance[3, 3] = sd**2
     spread = np.sqrt(np.einsum("ij,jk,ik->i", by_parameters, covariance, by_parameters).clip(0.0))

@@ -19,8 +19,8 @@ Array = npt.NDArray[np.float64]
 
 COARSE = 7  # pixels a side, in which the window is looked for
 SEEN = 0.4  # share of such a square that must be valid
-LOW, TOP = 0.5, 0.8  # of the way up from the lowest to the highest, from which the window, and its middle, reach
-BASE = 0.05  # quantile of what is seen, that is lowest
+LOW, TOP = 0.5, 0.8  # shares of the way up from the lowest to the highest: above them are the window, and its middle
+BASE = 0.05  # quantile of the heights seen, that counts as the lowest
 INNER, INNER_CELLS, OUTER_CELLS = (
     0.5,
     220,
@@ -31,7 +31,7 @@ LEAST = 60
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """An ellipse with middle (x, y) and semi-axes a and b, m, and the middle of what is highest in it; `pitch` of a pixel, m."""
+    """An ellipse with middle (x, y) and semi-axes a and b, m, and the middle of its highest part; `pitch` of a pixel, m."""
 
     x: float
     y: float
@@ -55,7 +55,7 @@ class Window:
 class Cells:
     """Means (n,) of pixels: `x`, `y`, `z` from `origin` (3,), m, in units of `size`, m, with `count` pixels in each.
 
-    `lean` (2, n) is by how much a cell's ray moves x and y for every z; `u` and `v` are its column and row, in pixels.
+    `lean` (2, n) is how far a cell's ray moves x and y for every z; `u` and `v` are its column and row, in pixels.
     """
 
     x: Array

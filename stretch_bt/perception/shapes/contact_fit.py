@@ -21,12 +21,12 @@ Array = npt.NDArray[np.float64]
 T = TypeVar("T")
 Asking = Generator[Array, Array, T]  # yields rows (m, n) and is sent them whitened
 
-SIZES = np.geomspace(0.1, 0.95, 8)  # of the rim along i, over the window's, that are tried
-RATIOS = (0.0, 0.6, 1.2)  # halves of the logarithm of the tensions' ratio, by which the rim is longer along i
-LONGER = 0.25  # of a ratio, by which the logarithms of a rim's semi-axes differ from their mean
-UNIT = 0.02  # of what a shape is linear in, to see its form
-AROUND = np.geomspace(0.4, 2.2, 8)  # sizes of rims, over that of another surface, that are tried
-APART = 0.25  # of the logarithms of size and ratio, by which another start is another one
+SIZES = np.geomspace(0.1, 0.95, 8)  # sizes of the rim along i that are tried, over the window's
+RATIOS = (0.0, 0.6, 1.2)  # halves of the logarithm of the tensions' ratio: the rim is longer along i by as much
+LONGER = 0.25  # difference of the logarithms of a rim's semi-axes from their mean, over such a number
+UNIT = 0.02  # value of the parameter that a shape is linear in, to see its form
+AROUND = np.geomspace(0.4, 2.2, 8)  # sizes of rims that are tried, over another surface's
+APART = 0.25  # least difference of two starts, in the logarithm of size or ratio
 MOST = (0.8, 1.5, 1.2)  # curvature times size, kink over size, steepness of a cone, to start from
 COLUMNS = 8  # that LAPACK solves for at once: a few left over take as long as twice as many
 DAMPED = (1e-3, 1e-7, 6)  # of the diagonal, first and least, and how often it is raised
@@ -36,8 +36,8 @@ DAMPED = (1e-3, 1e-7, 6)  # of the diagonal, first and least, and how often it i
 class BodyFit:
     """A fitted surface with the covariance (p, p) of its parameters and its residuals (n,) along the rays, in the cells' unit.
 
-    `misfit` is the sum of the squares of the whitened residuals, `evidence` the logarithm of that of the surface, by Laplace's
-    approximation, but for what is the same for all.
+    `misfit` is the sum of the squares of the whitened residuals, `evidence` the logarithm of the surface's evidence, by Laplace's
+    approximation, without terms that are the same for all.
     """
 
     surface: PressedSurface
@@ -60,7 +60,7 @@ def starts(cells: Cells, window: Window, kind: int, whiten: Whiten) -> list[Pres
 
 
 def starts_around(surface: PressedSurface, cells: Cells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
-    """Return at most so many starts of a kind, best first: rims as that of a surface and round ones, greater or smaller."""
+    """Return at most so many starts of a kind, best first: rims as a surface has and others of some forms, larger or smaller."""
     own = surface.q[4:9]
     mean = 0.5 * (own[0] + own[1])
     forms = [own] + [np.array([mean + LONGER * r, mean - LONGER * r, own[2], own[3], r]) for r in RATIOS]
@@ -80,14 +80,14 @@ def _best_of(rims: list[Array], cells: Cells, kind: int, whiten: Whiten, most: i
 
 
 def _apart(q: Array, other: Array) -> float:
-    """Return by how much the logarithms of two rims' size and ratio differ."""
+    """Return the larger difference of two rims, in the logarithm of size or ratio."""
     return max(abs(float(q[4] - other[4])), abs(float(q[8] - other[8])))
 
 
 def _tried(rims: list[Array], cells: Cells, kind: int, whiten: Whiten) -> list[tuple[float, PressedSurface]]:
-    """Return what rims leave of the cells, each with the best amount of its form, and those surfaces; but for those that are no bump.
+    """Return the squared residuals of the cells to rims, each with the best amount of its form, and the surfaces, without any that is no bump.
 
-    Least squares by a plane and a form: what the plane leaves of all forms is worked out at once.
+    Least squares by a plane and a form: the residuals of all forms to the plane are computed at once.
     """
     bodies = _unit_forms(rims, cells, kind)
     forms = [body.heights(cells.x, cells.y) / UNIT for body in bodies]
@@ -107,7 +107,7 @@ def _tried(rims: list[Array], cells: Cells, kind: int, whiten: Whiten) -> list[t
 
 
 def _unit_forms(rims: list[Array], cells: Cells, kind: int) -> list[PressedSurface]:
-    """Return bodies on rims that are all form: UNIT of what a kind is linear in, without a plane and without bends of the skirt."""
+    """Return bodies on rims that are form alone: UNIT of the parameter that a kind is linear in, without a plane and without bends of the skirt."""
     first = prior_of(kind, cells.size)[0]
     first[9:COMMON] = 0.0
     first[_amount_at(kind)] = UNIT
@@ -163,7 +163,7 @@ def fit_bodies(
 ) -> list[BodyFit]:
     """Return the most probable surface near each start, by damped Gauss-Newton, until a step gains less than `close`.
 
-    They go on side by side, so that what they ask to be whitened is so at once: one pass over the noise's covariance, which is as
+    They go on side by side, so that all rows that they ask for are whitened at once: one pass over the noise's covariance, which is as
     large as the processor's cache, serves them all.
     """
     fits = [_fitted(surface, cells, steps, close) for surface in surfaces]
@@ -222,7 +222,7 @@ def _stepped(
 
 
 def _trial(surface: PressedSurface, cells: Cells, before: Array, prior: _Prior) -> Asking[_Tried]:
-    """Return a surface with what the cells are above it, and its cost."""
+    """Return a surface with the residuals of the cells to it, and its cost."""
     left, off = _left(surface, cells, before), surface.q - prior.mean
     errors = (yield left[None])[0]
     cost = float(errors @ errors + (off * off) @ prior.weight)
@@ -230,7 +230,7 @@ def _trial(surface: PressedSurface, cells: Cells, before: Array, prior: _Prior) 
 
 
 def _left(surface: PressedSurface, cells: Cells, before: Array) -> Array:
-    """Return what the cells are above a surface, each where its own ray meets it, as far as `before` says where."""
+    """Return the residuals of the cells to a surface, each where its own ray meets it, as far as `before` says where."""
     left = np.empty_like(cells.z)
     fill_left(surface.kind, surface.q, cells.x, cells.y, cells.z, cells.lean, before, left)
     return left

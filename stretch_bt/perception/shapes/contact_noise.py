@@ -1,4 +1,4 @@
-"""The noise of a surface as a sum of white and smooth parts, from what a fit leaves of its pixels."""
+"""The noise of a surface as a sum of white and smooth parts, from the residuals of its pixels to a fit."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Array = npt.NDArray[np.float64]
 Whiten = Callable[[Array], Array]  # (n,) or (n, p) -> the same, with independent errors of size 1
 
 LAGS = (1, 2, 3, 4, 5, 6, 8, 10, 13, 17)  # pixels
-FARTHEST = 0.25  # of the width of what is looked at
+FARTHEST = 0.25  # largest lag, as a share of the residuals' width
 LENGTHS = np.geomspace(0.6, 6.8, 15)  # pixels
 CUT = 4.5  # standard deviations beyond which a difference is no noise
-LEAST_WHITE = 0.01  # of the variance: what is shared is never known better
+LEAST_WHITE = 0.01  # least share of the variance: the shared part is never known better
 NEAR, UNSEEN = (
     0.35,
     0.15,
@@ -43,7 +43,7 @@ class NoiseParts:
 
     @property
     def variance(self) -> float:
-        """Of one pixel, m^2."""
+        """Variance of one pixel, m^2."""
         return self.white + sum(v for v, _ in self.smooth)
 
     def seen_by(self, cells: Cells) -> NoiseParts:
@@ -72,7 +72,7 @@ class NoiseParts:
 
 
 def whitener(own: Array, shared: Array | None = None) -> Whiten:
-    """Return what turns errors with variances (n,), and a covariance (n, n) besides, into independent ones of size 1.
+    """Return the function that turns errors with variances (n,), and a covariance (n, n) besides, into independent ones of size 1.
 
     Of the covariance the half below the diagonal is looked at.
     """

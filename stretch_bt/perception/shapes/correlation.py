@@ -12,16 +12,16 @@ __all__ = ["correlation_area"]
 Array = npt.NDArray[np.float64]
 
 CLEAR = 4.0  # standard deviations from which neighbours count as correlated
-LOST = 0.2  # of the correlation of neighbours, below which it is not followed
+LOST = 0.2  # share of the correlation of neighbours below which it is not followed
 MOST = 0.8  # share of the noise that a fit may have taken into its parameters and still be corrected for it
 
 
 def correlation_area(x: Array, y: Array, residuals: Array, parameters: int) -> float:
     """Return the number of points that share one error, at least 1: the sum of the correlation over the plane.
 
-    The variance of what is fitted grows by this factor over that of white noise, as long as the shape varies slowly
-    over the area. `x`, `y` (n,) are places on a grid of any pitch, `residuals` (n,) those of a fit of `parameters`.
-    A fit takes part of correlated noise into its parameters; this part is added again. Infinite where it is most of it.
+    The variance of fitted parameters grows by this factor over the one by white noise, as long as the shape varies slowly
+    over the area. `x`, `y` (n,) are places on a grid of any pitch, `residuals` (n,) are left by a fit of `parameters`.
+    A fit takes part of correlated noise into its parameters; this part is added again. Infinite where it is most of the noise.
     """
     image, mask = _gridded(x, y, residuals)
     pairs = float((mask[1:] * mask[:-1]).sum() + (mask[:, 1:] * mask[:, :-1]).sum())
@@ -78,7 +78,7 @@ def _fast(least: int) -> int:
 def _area(distance: Array, correlation: Array, share: float) -> float:
     """Return the sum of the correlation over the plane, freed of the fit's share, and of the variance that this took.
 
-    It is summed down to a fifth of that of neighbours; below, it is lost in its own error, and taken to fall evenly to
+    It is summed down to a fifth of the correlation of neighbours; below, it is lost in its own error, and taken to fall evenly to
     nothing over half that distance, which holds for a Gaussian.
     """
     ring = np.rint(distance).astype(np.intp)

@@ -1,4 +1,4 @@
-"""The noise of one frame, and over how many pixels it is alike, from what no smooth surface explains."""
+"""The noise of one frame, and over how many pixels it is alike, from the residual to a smooth surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
 __all__ = ["surface_noise"]
 
-KERNEL = 1.9e-3  # m; leaves little of the membrane in what is taken for noise
+KERNEL = 1.9e-3  # m; leaves little of the membrane in the residual
 
 
 def surface_noise(surface: FloatArray) -> SurfaceNoise | None:

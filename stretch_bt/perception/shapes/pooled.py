@@ -13,7 +13,7 @@ __all__ = ["pooled_sphere"]
 def pooled_sphere(before: Sphere, now: Sphere) -> Sphere:
     """Return the sphere whose curvature is the mean of two independent fits, weighted by their variances, at the latter's top.
 
-    Where the two differ by more than their standard deviations say, that of the mean grows by as much (Birge, Physical Review 40,
+    Where the two differ by more than their standard deviations say, the mean's grows by as much (Birge, Physical Review 40,
     207, 1932). `before` counts nothing where its curvature has the other sign.
     """
     for what, given in (("before", before), ("now", now)):

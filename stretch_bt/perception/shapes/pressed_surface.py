@@ -17,11 +17,11 @@ Array = npt.NDArray[np.float64]
 COMMON = 15  # parameters that all bodies have
 WIDE = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 1.0, 1.0)  # standard deviations that say no more than where the contact is
 RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pulled alike to one pulled along j only
-# How far the skirt of a stretched sheet departs from that of constant tensions, over its fall from the rim, for every tau^2:
+# How far the skirt of a stretched sheet departs from one of constant tensions, over its fall from the rim, for every tau^2:
 # alike around, twice around (even and odd), once around, and alike around as tau^3. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
 BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
 # A sheet that bends leaves a ball a bending length, sqrt(D / T), before one that does not, and is higher from there on, by LIFT times what the plate
-# equation gives: its mean and deviation, so that one that hardly bends is covered, and those of the length, m, for 2 mm of silicone that is pulled.
+# equation gives: mean and deviation of this factor, so that one that hardly bends is covered, and of the length, m, for 2 mm of pulled silicone.
 LIFT, LENGTH = (0.6, 0.4), (1.8e-3, 0.4e-3)
 FLAT = 0.1  # standard deviation of the curvature of a face times the size
 KINK_SD = (0.3, 0.1)
@@ -39,7 +39,7 @@ class PressedSurface:
     body on an ellipse: the logarithms of its semi-axes q[4:6], its middle q[6:8], and q[8] half the logarithm of the ratio of
     the tensions along y and x. Beyond it the membrane obeys T_i z_xx + T_j z_yy = 0 with the height and the slope that the body
     hands on, which determine it (Cauchy's problem): in the elliptic coordinates (tau, psi) of the ellipse whose y is divided
-    by sqrt(T_j / T_i), harmonic by harmonic. What is alike all around falls as a catenoid does, which holds for steep
+    by sqrt(T_j / T_i), harmonic by harmonic. The part that is alike all around falls as a catenoid does, which holds for steep
     skirts as well. q[9:15] let it depart from that by (1, cos 2 psi, sin 2 psi, cos psi, sin psi, tau) tau^2. At the edge of a
     face, whose k is about 0, the slope changes by q[15:17], in harmonics 0 and 2, over a width q[17]. Around a sphere the sheet bends by q[15]
     times what the plate equation gives for a bending length q[16].
@@ -66,7 +66,7 @@ class PressedSurface:
         return math.exp(0.5 * float(self.q[4] + self.q[5]))
 
     def like(self, other: PressedSurface) -> bool:
-        """Tell whether two surfaces of one kind are the same to a twentieth."""
+        """Whether two surfaces of one kind are the same to a twentieth."""
         return self.kind == other.kind and float(np.abs(self.q[:9] - other.q[:9]).max()) < 0.05
 
 

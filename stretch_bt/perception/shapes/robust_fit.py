@@ -25,16 +25,16 @@ FEW, DRAWS = (
     60,
     300,
 )  # points, of which outliers may mislead a start by least absolute residuals; fits through some of them
-CLEARLY = 0.5  # of what half of the residuals of the first start stay below, so that drawing many does not pay
-NEAR = 2.5  # times what half of the residuals stay below, up to which points count
+CLEARLY = 0.5  # share of the bound that half of the residuals of the first start stay below: a drawn start is taken only below it
+NEAR = 2.5  # times the bound that half of the residuals stay below, up to which points count
 PASSES = 2  # over where rays meet a surface; each leaves a tenth of the error of the last
 STEPS = 30
-CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
-ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
-FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
+CLOSE = 0.03  # share of the standard deviation of a mean that an answer may still move by
+ROUNDING = 100.0  # units of the resolution up to which residuals are rounding errors
+FAR = 1e3  # lateral sizes beyond which a step comes from a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
 EXPLAINED = 4.0  # times its variance, up to which noise that is known from elsewhere explains residuals
-PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
+PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be estimated from its residuals
 
 
 class SightSurface(Protocol):
@@ -59,7 +59,7 @@ class Settled(Generic[S]):
     """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
 
     `area` is the number of points that share one error; the covariance counts it in. `agreeing` is how many points are
-    no outliers. `explained` says that noise which is known to be there explains what neighbours share.
+    no outliers. `explained` says that noise which is known to be there explains the error that neighbours share.
     """
 
     surface: S
@@ -71,7 +71,7 @@ class Settled(Generic[S]):
     explained: bool
 
     def check(self, name: str) -> None:
-        """Refuse a fit whose errors are too alike to tell from the residuals how large they are."""
+        """Refuse a fit whose errors are too alike for the residuals to show how large they are."""
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
             raise IllConditioned(
@@ -202,7 +202,7 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
     inside = weights > 0.5
     if inside.sum() <= p or total <= p + 0.5:
         raise IllConditioned(
-            f"at most {p} of the {len(residuals)} points lie on one {name}, too few to tell it from chance; the object is no {name}, or"
+            f"at most {p} of the {len(residuals)} points lie on one {name}, too few to rule out chance; the object is no {name}, or"
             " the noise is large: fit another shape (`fit_shape`), or average more frames"
         )
     area = _area(sight, residuals, inside, p)
@@ -211,11 +211,11 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
     # of few residuals the noise is not well known: the deviation of Student's t
     spread = inliers.spread(residuals, weights, p) * freedom / max(freedom - 2.0, 0.5)
     variance, known = spread * min(area, total), sight.floor**2 * sight.alike
-    # A few errors tell their size well enough, but not over how many points each is alike; the rest of the frame does.
+    # A few errors show their size well enough, but not over how many points each is alike; the rest of the frame does.
     explained = sight.alike > 1.0 and spread < EXPLAINED * sight.floor**2
     if explained:
         variance, area = max(spread, sight.floor**2) * sight.alike, 1.0
-    elif variance < known:  # what the residuals share is less than the noise that is known to be there
+    elif variance < known:  # the residuals share less than the noise that is known to be there
         variance, area = known, 1.0
     area = max(area, sight.alike)
     return Settled(surface, inverse * variance, residuals, inliers.scale, area, total, explained)

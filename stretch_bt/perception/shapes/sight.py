@@ -30,7 +30,7 @@ class Sight:
 
     `axes` (3, 3) has the frame's axes as rows, in the caller's frame; `origin` (3,), m, is in this frame. `floor` is the
     least standard deviation of z, in units of `size`: the noise, if known, or the `resolution` of the numbers. `alike` is
-    over how many points noise is known to be alike, at least 1. `lean` (2, n) is by how much each point's own ray moves x
+    over how many points noise is known to be alike, at least 1. `lean` (2, n) is how far each point's own ray moves x
     and y for every z; None where all rays are parallel.
     """
 
@@ -46,7 +46,7 @@ class Sight:
     alike: float
 
     def moved_to(self, residuals: Array) -> Sight:
-        """Return the points with x and y where their rays come down by `residuals` (n,), what z is above a surface."""
+        """Return the points with x and y where their rays come down by `residuals` (n,), the heights of z above a surface."""
         assert self.lean is not None
         x, y = np.stack([self.x, self.y]) - self.lean * residuals
         return replace(self, x=x, y=y)
@@ -66,7 +66,7 @@ class Sight:
 
 
 def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: str, least: int) -> Sight:
-    """Prepare points (n, 3), m, for a fit along the rays; `name` is that of the shape, `least` how many it needs.
+    """Prepare points (n, 3), m, for a fit along the rays; `name` is the shape's name, `least` how many points it needs.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
 
 
 def _lean(directions: Array) -> Array | None:
-    """Return by how much rays (n, 3) move x and y for every z; None where they hardly do."""
+    """Return how far rays (n, 3) move x and y for every z; None where they hardly do."""
     lean = directions[:, :2].T / np.minimum(directions[:, 2], -STEEPEST_RAY)
     return lean if np.abs(lean).max() > PARALLEL else None
 

@@ -34,10 +34,10 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noi
     Parameters
     ----------
     points : (n, 3) float, m
-        Any frame; rows that are not finite are left out, exact duplicates count once. Any unit of length serves, and the sphere is in that of
-        the points, as `noise` then has to be: nothing here tells millimetres from metres.
+        Any frame; rows that are not finite are left out, exact duplicates count once. Any unit of length serves; the sphere is in the unit
+        of the points, and so must be `noise`: nothing here distinguishes millimetres from metres.
     rays : (n, 3) float, unit, or None
-        From the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
+        Directions from the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
         By default the camera looks along -z, as in the membrane frame.
     noise : float, m, SurfaceNoise or None
         Standard deviation of one point along its ray, if known, and with `surface_noise` over how many neighbouring points
@@ -46,7 +46,7 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noi
     Returns
     -------
     Sphere
-        Its standard deviations count in that neighbouring points share part of their error, as the residuals show it.
+        Its standard deviations include that neighbouring points share part of their error, as the residuals show it.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _check_silhouette(settled: Settled[SphereSurface], sight: Sight) -> None:
         return
     if settled.scale * abs(k) > NOISY:
         raise IllConditioned(
-            "the points spread wider than the one sphere that they agree with, so that its radius is that of noise; press deeper, or"
+            "the points spread wider than the one sphere that they agree with, so that its radius comes from noise; press deeper, or"
             " average more frames"
         )
     raise IllConditioned(
@@ -165,7 +165,7 @@ def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     """Return the sphere in the caller's frame, m, or refuse one without a clear curvature."""
     settled.check("sphere")
     k, sd = settled.surface.q[3], settled.sd(3)
-    # On few points of great noise the tangent at the best curvature promises more than the points can tell.
+    # On few points of great noise the tangent at the best curvature promises more than the points can show.
     check_curvature(
         k, max(sd, abs(k) / _gain_on_plane(settled, sight)), alike=settled.area > 1.0 and not settled.explained
     )

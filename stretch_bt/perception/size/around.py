@@ -1,4 +1,4 @@
-"""The skirt around any closed curve whose outside is mapped from that of the unit disc.
+"""The skirt around any closed curve whose outside is mapped from the outside of the unit disc.
 
 With log z = tau + i psi, sinh(n tau) cos(n psi) and its like are harmonic in the plane with y over k = sqrt(T_j / T_i), and
 vanish on the rim, tau = 0; tau^2 times cos(n psi) stands for tensions that change from place to place.
@@ -44,7 +44,7 @@ def skirt_around(
     Parameters
     ----------
     by_size : (1 + shape, 1 + terms)
-        What C and the series of the outline change by with k and with the shape's own parameters.
+        Derivatives of C and the series of the outline by k and by the shape's own parameters.
     coefficients : (COUNT,), m
     x, y : (n,), m
         Places about the outline's centre.

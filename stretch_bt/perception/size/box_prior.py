@@ -1,7 +1,7 @@
-"""What is known of the skirt around a rectangular contact before a frame is seen, by stretch, depth, sides, turn and place.
+"""Prior of the skirt around a rectangular contact, by stretch, depth, sides, turn and place.
 
-As for round contacts (prior.py), but fitted with the sides held at the truth, so that the coefficients take up what the
-model leaves. Terms are sorted by how they change when the membrane is mirrored across i or along j: only those that change
+As for round contacts (prior.py), but fitted with the sides held at the truth, so that the coefficients take up the
+model's residual. Terms are sorted by how they change when the membrane is mirrored across i or along j: only those that change
 alike can go with a coefficient, whatever the sheet. `benchmarks/perception_skirt_rectangle.py` makes the file.
 """
 
@@ -101,7 +101,7 @@ def box_terms(sizes: Array, stretch: float | Array | None) -> tuple[Array, npt.N
 
 
 def steady_terms(depth: float | Array, stretch: float | Array | None) -> Array:
-    """Return the terms (n, 3 or 6) that the steady part of what fits miss follows, for depths and stretches in m."""
+    """Return the terms (n, 3 or 6) that the steady part of the fits' error follows, for depths and stretches in m."""
     d = np.clip(np.atleast_1d(depth), LOW[5], HIGH[5]) / 10e-3
     terms = [np.ones_like(d), d, d * d]
     if stretch is not None:
@@ -111,7 +111,7 @@ def steady_terms(depth: float | Array, stretch: float | Array | None) -> Array:
 
 
 def looseness(stretch: float | Array) -> Array:
-    """Return the stretch, m, plus 5 mm over that at 35 mm."""
+    """Return the stretch, m, plus 5 mm, over the same at a stretch of 35 mm."""
     return (np.clip(stretch, 0.0, FARTHEST) + 5e-3) / 40e-3
 
 
@@ -126,10 +126,10 @@ def matching() -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class BoxRegression:
-    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of what they leave at 35 mm of stretch.
+    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of their residuals at 35 mm of stretch.
 
     The deviations of each target go with `slack` (TARGETS,) powers of the stretch plus 5 mm: a slack sheet is less alike.
-    `steady` (terms of `steady_terms`, 2) is what is to be added to a side along i and to one along j, m.
+    `steady` (terms of `steady_terms`, 2) is the correction of a side along i and of one along j, m.
     """
 
     coefficients: Array
@@ -142,8 +142,8 @@ class BoxRegression:
 class BoxPrior:
     """Prior of ln ratio and the coefficients over the depth, with the stretch known and unknown.
 
-    `systematic` (5,) is what fits without noise miss beyond the steady part, rms: x, y, a side along i, one along j, m, and the rotation, rad;
-    `free_form` (2,) is what those of a free outline miss along i and j, m.
+    `systematic` (5,) is the rms error of fits without noise beyond the steady part: x, y, a side along i, one along j, m, and the rotation, rad;
+    `free_form` (2,) is the error of a free outline's fits along i and j, m.
     """
 
     known: BoxRegression
@@ -166,7 +166,7 @@ class BoxPrior:
         return part.covariance * np.outer(deviations, deviations)
 
     def steady(self, depth: float, stretch: float | None) -> Array:
-        """Return what is to be added to a side along i and to one along j (2,), m."""
+        """Return the correction of a side along i and of one along j (2,), m."""
         return np.asarray(steady_terms(depth, stretch)[0] @ self.chosen(stretch).steady)
 
     def to_json(self) -> str:

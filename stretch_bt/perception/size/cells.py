@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 SIDE = 3  # pixels
 MARGIN = 25e-3  # m kept around the pixels in contact
 COVER = 0.5  # share of a cell's pixels that must be valid
-SAMPLE = 5000  # pixels that are enough to tell frames and units apart
+SAMPLE = 5000  # pixels that are enough to distinguish frames and units
 WIDEST = 20.0  # m
 
 
@@ -49,7 +49,7 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     Parameters
     ----------
     points : (h, w, 3) float, m
-        In the camera frame or the membrane frame, told apart as `segment` does.
+        In the camera frame or the membrane frame, distinguished as `segment` does.
     labels : (h, w) uint8
         0 undeformed, 1 deformed, 2 in contact, 255 invalid.
 

@@ -19,8 +19,8 @@ from stretch_bt.perception.types import MaskArray
 __all__ = ["Choice", "best_fit", "choose"]
 
 Array = npt.NDArray[np.float64]
-CLEARLY = 7.0  # of log evidence, odds of 1000 to 1, by which a shape must beat an earlier, simpler one
-BELIEF = 3.5  # of log evidence that the simplest shape has ahead when rivals enter the stated error: half of CLEARLY
+CLEARLY = 7.0  # least lead in log evidence, odds of 1000 to 1, of a shape over an earlier, simpler one
+BELIEF = 3.5  # lead in log evidence that the simplest shape gets when rivals enter the stated error: half of CLEARLY
 TRIES = 4  # starts, those that leave least
 
 
@@ -129,7 +129,7 @@ def _rivals(
 def _log_evidence(shape: Hypothesis, fit: Fit, quietest: Fit) -> float:
     """Return the logarithm of the evidence up to a constant that all shapes share."""
     share = fit.residuals[fit.window] / (3.0 * quietest.noise)
-    # a Cauchy-like loss with the curvature of the squares: what the weights of the fit stand for
+    # a Cauchy-like loss with the curvature of the squares, which the weights of the fit stand for
     misfit = 9.0 / 0.3 * float(np.log1p(0.3 * share * share).sum()) / quietest.area
     _, log_det = np.linalg.slogdet(fit.covariance)
     return -0.5 * misfit + shape.log_prior(fit.q) + 0.5 * float(log_det) + 0.5 * fit.q.size * math.log(2.0 * math.pi)

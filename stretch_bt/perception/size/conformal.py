@@ -1,8 +1,8 @@
 """Harmonic functions around an ellipse in a membrane whose tensions along i and j differ.
 
 Outside the contact the height obeys T_i z_xx + T_j z_yy = 0, Laplace's equation once y is divided by k = sqrt(T_j / T_i).
-Joukowski's map, zeta + m / zeta = w with w = (x + i y / k) / s, takes the outside of the contact to that of the unit
-circle, and log zeta = tau + i psi gives functions that are harmonic and vanish on the rim, tau = 0
+Joukowski's map, zeta + m / zeta = w with w = (x + i y / k) / s, takes the outside of the contact to the outside of
+the unit circle, and log zeta = tau + i psi gives functions that are harmonic and vanish on the rim, tau = 0
 (Milne-Thomson, Theoretical Hydrodynamics, section 6.30).
 """
 

@@ -15,7 +15,7 @@ __all__ = ["Ellipse"]
 
 Array = npt.NDArray[np.float64]
 
-UNLIKE = 0.04  # of a diameter per ln(aspect): error of a skirt whose prior is that of round contacts
+UNLIKE = 0.04  # error of a diameter, as a share of it, per ln(aspect): the skirt's prior is made from round contacts
 ASPECT_SD = 0.3  # of ln(diameter_i / diameter_j), over the objects there are
 
 
@@ -30,13 +30,13 @@ class Ellipse(RoundShape):
         return float(q[2]), float(q[3])
 
     def log_prior(self, q: Array) -> float:
-        """Return the logarithm of the prior density, with that of the ratio of the axes over the half axis along j."""
+        """Return the logarithm of the prior density, with the prior of the ratio of the axes as a density over the half axis along j."""
         ratio = math.log(q[2] / q[3]) / ASPECT_SD if min(q[2], q[3]) > 0.0 else math.inf
         second = max(abs(float(q[3])), SMALLEST)
         return super().log_prior(q) - 0.5 * ratio**2 - math.log(ASPECT_SD * math.sqrt(2.0 * math.pi) * second)
 
     def measure(self, q: Array, covariance: Array) -> Measured:
-        """Return the sizes; their sd grows with the ratio of the axes, as the prior is that of round contacts."""
+        """Return the sizes; their sd grows with the ratio of the axes, as the prior is made from round contacts."""
         size = super().measure(q, covariance)
         share = UNLIKE * abs(math.log(q[2] / q[3]))
         (i, i_sd), (j, j_sd) = size.diameter_i, size.diameter_j

@@ -1,8 +1,8 @@
 """The outside of a closed curve mapped from the outside of the unit disc, where harmonic functions are known.
 
 f(z) = C z + sum_n c_n z^-n. For a parallelogram with the interior angle pi g, f'(z) = C (1 - a / z^2)^(1 - g) (1 - b / z^2)^g
-(Driscoll and Trefethen, Schwarz-Christoffel Mapping, 2002, section 4.4); its series ends where what is left out rounds the
-corners by less than the fillet of an object's edges does.
+(Driscoll and Trefethen, Schwarz-Christoffel Mapping, 2002, section 4.4); its series ends where the terms left out round the
+corners by less than the fillet of an object's edges do.
 """
 
 from __future__ import annotations

@@ -15,11 +15,11 @@ from stretch_bt.perception.size.hypothesis import Hypothesis, Value
 __all__ = ["check_flat", "maybe_wider"]
 
 FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
-ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
+ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations, and m: least height of the middle of a round face above its rim
 #: m^2 of a face from which it is one: balls on a hardly stretched membrane leave a circle up to 3e-6 and other outlines up to 10e-6, flat
 #: tops of 8 mm 7e-6 and 13e-6 or more
 SEEN, SEEN_OF_OTHERS = 4e-6, 11e-6
-MAYBE = 0.5  # share by which a face that is hardly seen may be as wide as what is labelled
+MAYBE = 0.5  # share of a width's difference from the labelled one that counts as its error where the face is hardly seen
 
 
 def check_flat(shape: Hypothesis, fit: Fit, cells: Cells) -> None:
@@ -35,12 +35,12 @@ def check_flat(shape: Hypothesis, fit: Fit, cells: Cells) -> None:
 
 
 def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> float:
-    """Return by how much a width, m, is unsure, m, where too little of a face is seen to tell it from a ball: a membrane bends over both alike.
+    """Return the error of a width, m, where too little of a face is seen to distinguish it from a ball: a membrane bends over both alike.
 
     Raises
     ------
     IllConditioned
-        The outline is no circle, as that of a small face is when it is that of a ball.
+        Too little of the face is seen, and its outline is no circle, as a ball's would be.
     """
     round_ = shape.name == "circle"
     face = np.count_nonzero(_within(shape, fit, cells)[2]) * cells.pitch**2
@@ -66,7 +66,7 @@ def _within(
 def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:
     """Return how far the middle of the face stands above its ends, m, along the axis where this is clearest.
 
-    It is what the fit of a plane leaves of the face, as a paraboloid over the face's own axes.
+    It is the residual of the face to a plane, as a paraboloid over the face's own axes.
     """
     x, y, face = _within(shape, fit, cells)
     if np.count_nonzero(face) < FEWEST:

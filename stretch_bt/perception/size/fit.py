@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 INSIDE, OUTSIDE = 7e-3, 12e-3  # m around the rim that are fitted
 REACH = 20e-3  # m from the centre, at least: a window that shrinks with the shape would settle on a bump of noise
-FIRST_AREA = 12.0  # cells taken as one until the residuals tell: rather the prior than a wrong basin
+FIRST_AREA = 12.0  # cells taken as one until the residuals show how many are: rather the prior than a wrong basin
 FLOOR = 1e-5  # m, noise of a cell below which nothing is gained
 STEPS = 25
 DAMPING = 1e-5  # of the scaled normal equations, to begin with
@@ -34,7 +34,7 @@ FEWEST = 40  # cells
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Parameters q (p,) and their covariance, and what was fitted: cells in a window (rows, columns).
+    """Parameters q (p,) and their covariance, and the cells that were fitted, in a window (rows, columns).
 
     `noise` is the standard deviation of one cell, m, and `area` the number of cells that count as one because their
     noise is correlated. `residuals` (rows, columns), m, are 0 outside the window.

@@ -1,4 +1,4 @@
-"""A contact of any smooth outline: for those that are neither round nor rectangular, or to check that they are."""
+"""A contact of any smooth outline: for contacts that are neither round nor rectangular, or to check that they are."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NEAR = 1.5e-3  # m inside the rim beyond which the face is flat
 SMALLEST = 1e-3  # m, C
 POINTS = 128
 FOLDED = 0.1  # share of the outline that may run backwards, as it does at tips that are sharper than it can be
-FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # what the prior's means follow
+FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # parameters that the prior's means depend on
 STEPS = np.where(FOLLOWED == RATIO, 1e-5, 1e-7)
 ROUND = 0.05  # of the second moment along an axis: an outline whose moments differ by less is taken as along i
 HANDICAP = 0.009  # of the depth: the skirts of simple shapes miss up to 0.006 without noise
@@ -45,8 +45,8 @@ RATIOS = (-0.5, 5.0)
 class FreeForm:
     """Parameters q: x, y, C, c_1 .. c_4, ln ratio, height, two tilts, the skirt's coefficients; all but the ratio in m.
 
-    The outline of the hinge is x + i y / k = C z + sum_n c_n z^-n on |z| = 1, so that no outline is a corner, and what a
-    rectangle's misses is part of the stated deviation.
+    The outline of the hinge is x + i y / k = C z + sum_n c_n z^-n on |z| = 1, so that no outline has a corner; the error of a
+    rectangle's is part of the stated standard deviation.
     """
 
     name = "free_form"
@@ -93,7 +93,7 @@ class FreeForm:
         return q[HEIGHT] + q[TILT_X] * dx + q[TILT_Y] * dy - fall, jacobian
 
     def prior(self, q: Array) -> tuple[Array, Array]:
-        """Return what the prior of skirt, tilts and outline holds against q, and its Jacobian."""
+        """Return the residuals of q to the prior of skirt, tilts and outline, and their Jacobian."""
         depth = max(float(q[HEIGHT]), 1e-4)
         rows = np.tile(q, (1 + len(FOLLOWED), 1))
         rows[np.arange(1, len(rows)), FOLLOWED] += STEPS
@@ -184,7 +184,7 @@ class FreeForm:
 
 
 def _shape(rows: Array) -> Array:
-    """Return what the outlines (n, q) deviate from a circle by, (n, 2 HARMONICS), in deviations of the prior."""
+    """Return how far the outlines (n, q) deviate from a circle, (n, 2 HARMONICS), in standard deviations of the prior."""
     size = np.maximum(rows[:, 2], SMALLEST)
     half_i, half_j = (np.maximum(size + sign * rows[:, 3], 0.02 * size) for sign in (1.0, -1.0))
     ratio = np.log(half_i / half_j) - 0.5 * np.clip(rows[:, RATIO], *RATIOS)
@@ -216,7 +216,7 @@ def _circle() -> Complex:
 
 @lru_cache(maxsize=1)
 def _powers() -> Complex:
-    """Return what the places of the outline (POINTS,) change by with each of its parameters."""
+    """Return the derivatives of the places of the outline (POINTS,) by each of its parameters."""
     z = _circle()
     terms = [z] + [part * z**-n for n in range(1, HARMONICS + 1) for part in (1.0, 1j)]
     return np.column_stack(terms)
@@ -224,7 +224,7 @@ def _powers() -> Complex:
 
 @lru_cache(maxsize=1)
 def _by_outline() -> Complex:
-    """Return what C and the series change by with k (nothing) and with the outline's parameters."""
+    """Return the derivatives of C and the series by k (0) and by the outline's parameters."""
     by = np.zeros((2 + 2 * HARMONICS, 1 + HARMONICS), dtype=np.complex128)
     by[1, 0] = 1.0
     for n in range(HARMONICS):

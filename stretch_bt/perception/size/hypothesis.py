@@ -21,7 +21,7 @@ Value = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What is known besides the frame, lengths in m: the membrane's stretch, the object's fillet and the skirt's prior."""
+    """Prior knowledge beside the frame, lengths in m: the membrane's stretch, the object's fillet and the skirt's prior."""
 
     stretch: float | None
     fillet: float
@@ -31,7 +31,7 @@ class Context:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Sizes of a fitted shape, SI, as (value, sd); `sides` is None for round shapes, `rotation` is that of the first side.
+    """Sizes of a fitted shape, SI, as (value, sd); `sides` is None for round shapes, `rotation` is the first side's.
 
     `diameter_i` and `diameter_j` are the widths along i and j through the centre, of the object itself: to the ends of
     its edge fillet, not of the contact.
@@ -53,7 +53,7 @@ class Hypothesis(Protocol):
 
     name: str
     ratio: int  # place in q of the logarithm of the tensions' ratio
-    handicap: float  # share of the depth by which its residuals must be smaller than those of a simpler shape
+    handicap: float  # least improvement of its residuals over a simpler shape's, rms, as a share of the depth
 
     def starts(self, start: Start) -> list[Array]:
         """Return the parameters to start from, best guess first."""
@@ -68,13 +68,13 @@ class Hypothesis(Protocol):
         ...
 
     def prior(self, q: Array) -> tuple[Array, Array]:
-        """Return what the prior holds against q as residuals (r,) in standard deviations, and their Jacobian (p, r)."""
+        """Return the residuals (r,) of q to the prior, in standard deviations, and their Jacobian (p, r)."""
         ...
 
     def log_prior(self, q: Array) -> float:
         """Return the logarithm of the whole prior density at q, SI, but for x, y, height and one size.
 
-        Those four are as likely anywhere, for all shapes alike. What `prior` holds against q is part of it.
+        Those four are as likely anywhere, for all shapes alike. The residuals that `prior` returns are part of it.
         """
         ...
 

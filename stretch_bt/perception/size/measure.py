@@ -26,16 +26,16 @@ from stretch_bt.units import is_number
 __all__ = ["diameters", "measure_contact"]
 
 FILLET, FILLET_SD = 1e-3, 0.58e-3  # m, of the object's edge, where the caller knows no better: any from 0 to 2 mm
-LEANING, LEAST_CELLS = 3e-3, 6  # m for each unit of a face's slope, that its middle may be off; cells that show a slope
+LEANING, LEAST_CELLS = 3e-3, 6  # m, error of a face's middle for each unit of its slope; fewest cells that show a slope
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
-HIGH = 0.93  # of the depth, from which a place may be another contact
+HIGH = 0.93  # share of the depth from which a place may be another contact
 #: chi2 of an outline's clearest harmonic from which it is another outline, and the scale of chi2 over which that becomes likely; 68 frames
 #: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
 OTHER, UNLIKE = 12.0, 5.0
 ANY = 0.3  # share of an outline's deviation that counts where it is no clearer than noise
 DOUBT = (
-    2.0  # of the deviations by which a width differs from that of an outline without a shape, beyond which it is unsure
+    2.0  # standard deviations of the difference from the width of an outline without a shape, beyond which a width is unsure
 )
 
 
@@ -80,28 +80,28 @@ def measure_contact(
     Parameters
     ----------
     points : (h, w, 3) float, m
-        In the membrane frame or the camera frame; what is not finite or labelled 255 is left out.
+        In the membrane frame or the camera frame; points that are not finite or labelled 255 are left out.
     labels : (h, w) uint8
         As `segment` returns them. They only say where to look.
     stretch : float, m, or None
-        Of the membrane, if known, that of its mounts included: the skirt's prior is several times narrower with it.
+        Stretch of the membrane, if known, with the stretch by its mounts: the skirt's prior is several times narrower with it.
     hypothesis : str
-        A shape to fit, or "auto": a circle unless the evidence is clearly for another. A shape that is named is taken for granted, with
-        "auto" the outline must be that of the shape, and how far it seems off enters the deviations.
+        A shape to fit, or "auto": a circle unless the evidence is clearly for another. A shape that is named is taken for granted; with
+        "auto" the outline must agree with the shape, and its distance from it enters the standard deviations.
     fillet, fillet_sd : float, m
         Radius of the object's edge and its standard deviation. A frame does not show it, and 1 mm of it is up to 1.8 mm of
         the diameter.
     noise : float, m, or None
         Standard deviation of one pixel, if known; the frame may show more, never less.
     prior : SkirtPrior or None
-        Of another sheet than the hand's own without bending stiffness.
+        Prior of another sheet than the hand's own without bending stiffness.
 
     Raises
     ------
     NoContact
         Nothing is valid, or nothing in contact.
     IllConditioned
-        The frame does not determine a size, or the outline is that of no shape; `.reason` says why.
+        The frame does not determine a size, or the outline agrees with no shape; `.reason` says why.
     InvalidInput
         A shape, type or unit is wrong.
     """
@@ -150,9 +150,9 @@ def measure_contact(
 
 
 def _at_odds(size: Measured, free: Measured) -> float:
-    """Return by how much a width is unsure, m, since an outline without a shape has another one, beyond `DOUBT` of both deviations.
+    """Return the error of a width, m, where an outline without a shape has another width, beyond `DOUBT` of both deviations.
 
-    Of a face that leans, or in a membrane that is not as the priors have it, a shape may fit as well as a shape need, and be half as wide.
+    Where a face leans, or the membrane is unlike the priors, a shape may fit well enough, and be half as wide.
     """
     pairs = (size.diameter_i, free.diameter_i), (size.diameter_j, free.diameter_j)
     beyond = ((a - b) ** 2 - DOUBT**2 * (a_sd**2 + b_sd**2) for (a, a_sd), (b, b_sd) in pairs)
@@ -160,12 +160,12 @@ def _at_odds(size: Measured, free: Measured) -> float:
 
 
 def unlike_width(misfit: Misfit, name: str) -> float:
-    """Return by how much a width is unsure, m, since the outline may be that of another shape.
+    """Return the error of a width, m, since the outline may have another shape.
 
     Raises
     ------
     IllConditioned
-        It surely is.
+        It surely has.
     """
     if misfit.chi2 > OTHER:
         raise IllConditioned(
@@ -212,7 +212,7 @@ def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size
 
 
 def _leaning(cells: Cells) -> float:
-    """Return what the middle of a contact may be off, m, as its high side alone bends the membrane much where it leans."""
+    """Return the error of the middle of a contact, m, as its high side alone bends the membrane much where it leans."""
     inside = cells.valid & (cells.touching > 0.5)
     if np.count_nonzero(inside) < LEAST_CELLS:
         return 0.0

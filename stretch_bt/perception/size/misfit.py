@@ -1,4 +1,4 @@
-"""How far the outline of a contact is from that of the shape that was fitted: what the residuals around the rim tell."""
+"""How far the outline of a contact is from the fitted shape's, as the residuals around the rim show it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Misfit", "misfit_of"]
 Array = npt.NDArray[np.float64]
 
 HARMONICS = np.arange(2, 11)  # of the outline around its middle
-#: m, by which each of them is off in noise-free presses of cylinders and boxes, odd ones beside the middle (`python -m benchmarks.outline_kinds`)
+#: m, error of each of them in noise-free presses of cylinders and boxes, odd ones beside the middle (`python -m benchmarks.outline_kinds`)
 MISSED = np.array([0.2, 0.2, 0.15, 0.12, 0.08, 0.08, 0.08, 0.08, 0.08]) * 1e-3
 WIDTH = 0.15  # of the radius: standard deviation of each harmonic of any outline, over its number
 STEP = 1e-4  # m over which slopes are taken
@@ -35,10 +35,10 @@ class Misfit:
 
 
 def misfit_of(shape: Hypothesis, fit: Fit, cells: Cells) -> Misfit:
-    """Return by how much an outline differs from its shape, as one more step of the fit with harmonics of the outline finds it.
+    """Return how far an outline differs from its shape, by one more step of the fit with harmonics of the outline.
 
     A rim that stands farther out by a share cos(n t) lifts the membrane by that share of its slope there, and beyond the rim by a share
-    that falls as any membrane in tension has it: in the coordinates in which the tensions are alike, and the rim a circle, by r^-n.
+    that falls off as in any membrane in tension: as r^-n, in the coordinates in which the tensions are alike and the rim is a circle.
     """
     x, y, residuals = cells.x[fit.window], cells.y[fit.window], fit.residuals[fit.window]
     basis = _moved(shape, fit, x, y)
@@ -72,7 +72,7 @@ def _waves(angles: Array) -> Array:
 
 
 def _moved(shape: Hypothesis, fit: Fit, x: Array, y: Array) -> Array:
-    """Return by how much heights (n,) change with each harmonic of the outline, (2 harmonics, n), m / m."""
+    """Return the derivatives of heights (n,) by each harmonic of the outline, (2 harmonics, n), m / m."""
     size = shape.measure(fit.q, fit.covariance)
     dx, dy = x - size.center[0][0], y - size.center[1][0]
     away = np.maximum(np.hypot(dx, dy), 1e-9)
@@ -86,7 +86,7 @@ def _moved(shape: Hypothesis, fit: Fit, x: Array, y: Array) -> Array:
 
 
 def _circled(x: Array, y: Array, a: float, b: float) -> npt.NDArray[np.complex128]:
-    """Return where the map that takes the outside of an ellipse of half axes a and b to that of a circle takes places (n,)."""
+    """Return places (n,) by the map that takes the outside of an ellipse of half axes a and b to the outside of the unit circle."""
     w, m = (x + 1j * y) / ((a + b) / 2), (a - b) / (a + b)
     root = np.sqrt(w * w - 4 * m + 0j)
     first, second = (w + root) / 2, (w - root) / 2

@@ -1,8 +1,8 @@
-"""What is known of a membrane's skirt before a frame is seen: how it follows from stretch, depth and size.
+"""Prior of a membrane's skirt: how it follows from stretch, depth and size.
 
 Presses of the sheet solver without noise, fitted by the same model, give for each the logarithm of the tension ratio, the
-skirt's coefficients over the depth, and what the size misses by. Their regression on stretch, depth and size is the mean
-of the prior, the covariance of what the regression leaves is its width, so that a membrane that differs is not forced.
+skirt's coefficients over the depth, and the error of the size. Their regression on stretch, depth and size is the mean
+of the prior, the covariance of the residuals is its width, so that a membrane that differs is not forced.
 `benchmarks/perception_skirt.py` and `benchmarks/perception_skirt_thick.py` make the files.
 """
 
@@ -28,7 +28,7 @@ SLACK, GAIN = 1e-3, 40.0  # m, 1/m: a press stretches a slack sheet by about GAI
 
 
 def features(stretch: Array, depth: Array, radius: Array) -> Array:
-    """Return what the regression sees, (3, n): logarithms that stay finite without stretch; lengths in m."""
+    """Return the variables of the regression, (3, n): logarithms that stay finite without stretch; lengths in m."""
     return np.array([np.log(stretch + SLACK + GAIN * depth**2), np.log(depth), np.log(radius)])
 
 
@@ -40,7 +40,7 @@ def powers(count: int, degree: int) -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """Polynomials of normalised features within the range that was seen, and the covariance of what they leave.
+    """Polynomials of normalised features within the range that was seen, and the covariance of their residuals.
 
     `use` are the features that it takes; `center`, `scale`, `low` and `high` (n,); `exponents` (terms, n);
     `coefficients` (terms, targets); `covariance` (targets, targets).

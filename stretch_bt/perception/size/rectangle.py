@@ -25,14 +25,14 @@ SMALLEST, LARGEST = 3e-3, 60e-3  # m, sides
 RATIOS = (-0.5, 5.0)  # of ln(T_j / T_i)
 RATIO, HEIGHT, TILT_X, TILT_Y = 5, 6, 7, 8
 SKIRT = slice(9, 9 + COUNT)
-GEOMETRY = [0, 1, 2, 3, 4, HEIGHT]  # what the prior's mean follows
+GEOMETRY = [0, 1, 2, 3, 4, HEIGHT]  # parameters that the prior's mean depends on
 STEPS = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-5, 1e-6])
 
 
 class Rectangle:
     """Parameters q: x, y, two sides, rotation of the first from i, ln ratio, height, two tilts, the skirt's coefficients.
 
-    Sides are those of the object, to the ends of its fillet; the coefficients are in m.
+    Sides are the object's, to the ends of its fillet; the coefficients are in m.
     """
 
     name = "rectangle"
@@ -92,7 +92,7 @@ class Rectangle:
         return q[HEIGHT] + q[TILT_X] * dx + q[TILT_Y] * dy - fall, jacobian
 
     def prior(self, q: Array) -> tuple[Array, Array]:
-        """Return what the prior of the skirt and of the tilts holds against q, and its Jacobian."""
+        """Return the residuals of q to the prior of the skirt and of the tilts, and their Jacobian."""
         depth = max(float(q[HEIGHT]), 1e-4)
         rows = np.tile(q[GEOMETRY], (7, 1))
         rows[np.arange(1, 7), np.arange(6)] += STEPS
@@ -109,7 +109,7 @@ class Rectangle:
         return np.concatenate([self._whitener @ against, q[[TILT_X, TILT_Y]] / TILT_SD]), jacobian
 
     def log_prior(self, q: Array) -> float:
-        """Return the logarithm of the prior density, with those of the sides' ratio and, a quarter turn wide, the rotation."""
+        """Return the logarithm of the prior density, with the priors of the sides' ratio and of the rotation, even over a quarter turn."""
         against, _ = self.prior(q)
         depth, second = max(float(q[HEIGHT]), 1e-4), max(abs(float(q[3])), SMALLEST)
         scale = float(np.log(np.diag(self._whitener)).sum()) - 2.0 * math.log(TILT_SD) - COUNT * math.log(depth)
@@ -149,7 +149,7 @@ class Rectangle:
         )
 
     def _corrected(self, q: Array) -> Array:
-        """Return q with what fits without noise miss steadily added to its sides."""
+        """Return q with the correction of the steady error of fits without noise added to its sides."""
         along_i, along_j = self.skirt_prior.steady(float(q[HEIGHT]), self.context.stretch)
         c, s = math.cos(q[4]) ** 2, math.sin(q[4]) ** 2
         found = q.copy()
@@ -157,7 +157,7 @@ class Rectangle:
         return found
 
     def _beyond_noise(self, q: Array) -> Array:
-        """Return the covariance (5, 5) from what the model misses without noise and from the fillet."""
+        """Return the covariance (5, 5) from the model's error without noise and from the fillet."""
         x, y, along_i, along_j, rotation = self.skirt_prior.systematic**2
         c, s = math.cos(q[4]) ** 2, math.sin(q[4]) ** 2
         missed = np.diag([x, y, c * along_i + s * along_j, s * along_i + c * along_j, rotation])

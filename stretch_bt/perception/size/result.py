@@ -23,10 +23,10 @@ class Diameters:
 class ContactSize:
     """Size of the object that a contact shows, SI, each number with its standard deviation.
 
-    `shape` is the hypothesis that was chosen, `evidence` the natural logarithm of each one's evidence over that of the
-    best. `center` (x, y) is in the frame of the points. The diameters are the widths along i and j through the centre, to
+    `shape` is the hypothesis that was chosen, `evidence` the natural logarithm of each one's evidence over the best
+    one's. `center` (x, y) is in the frame of the points. The diameters are the widths along i and j through the centre, to
     the ends of the edge fillet. `sides` (short, long) and the `rotation` of the first from i are None for round shapes.
-    `depth` is the height of the face over the undeformed membrane; `noise` is that of one cell of 3 x 3 pixels.
+    `depth` is the height of the face over the undeformed membrane; `noise` is the standard deviation of one cell of 3 x 3 pixels.
     """
 
     shape: str

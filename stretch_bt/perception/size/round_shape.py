@@ -26,8 +26,8 @@ SMALLEST = 1.5e-3  # m, radius
 class RoundShape:
     """Parameters q: x, y, the radii, then ln ratio, height, two tilts, seven coefficients of the skirt, a correction.
 
-    Radii are those of the object, to the end of its fillet. Heights, coefficients and the correction are in m. The
-    correction is what the radius of noise-free presses misses; only the prior knows it, and how it goes with the rest.
+    Radii are the object's, to the end of its fillet. Heights, coefficients and the correction are in m. The
+    correction is the error of the radius in noise-free presses; only the prior knows it, and its correlation with the rest.
     """
 
     name = "round"
@@ -96,7 +96,7 @@ class RoundShape:
         return q[self.height] + tilt[0] * dx + tilt[1] * dy - fall, jacobian
 
     def prior(self, q: Array) -> tuple[Array, Array]:
-        """Return what the prior of the skirt and of the tilts holds against q, (11,), and its Jacobian."""
+        """Return the residuals (11,) of q to the prior of the skirt and of the tilts, and their Jacobian."""
         depth, radii = max(q[self.height], 1e-4), np.maximum(self.radii_of(q), SMALLEST)
         radius = math.sqrt(radii[0] * radii[1])
         mean, by = self.context.prior.mean(self.context.stretch, depth, radius)

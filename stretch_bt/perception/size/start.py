@@ -18,15 +18,15 @@ Array = npt.NDArray[np.float64]
 SMOOTH = 2.0  # cells
 LEVEL = 0.72  # share of the top above which a place counts as part of the contact, skirt included
 HIGH = 0.6  # share above which a part that is labelled as in contact may be a contact of its own
-LARGE = 10e-6  # m^2, from which it is
-VALLEY = 0.1  # share of the top by which the membrane drops between two contacts
+LARGE = 10e-6  # m^2 of such a part, from which it is one
+VALLEY = 0.1  # least drop of the membrane between two contacts, as a share of the top
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
     """Centre (x, y), m, height of the top, m, and standard deviations of the raised part along its axes, m.
 
-    `angle`, rad, is that of the first axis from x; `across` and `along` are the deviations along x and y.
+    `angle`, rad, is the angle of the first axis from x; `across` and `along` are the deviations along x and y.
     """
 
     x: float

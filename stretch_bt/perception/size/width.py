@@ -15,14 +15,14 @@ from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArr
 __all__ = ["contact_width"]
 
 BAND = 1.5e-3  # m to either side of the middle, within which lines are measured
-MEDIAN = 1.2533  # by which the standard deviation of a median exceeds that of a mean
+MEDIAN = 1.2533  # standard deviation of a median over a mean's
 
 
 def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
     """Return how far the pixels in contact reach along i and along j through their middle.
 
     Each is the median over the lines of pixels within 1.5 mm of the middle, from the first to the last that is in contact.
-    Nothing is corrected: the fillet of an edge, and what a segmentation takes in or leaves out, are part of it.
+    Nothing is corrected: the fillet of an edge, and the errors of a segmentation, are part of it.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def _reach(
     pitch = pitch or pixel  # where no line holds two pixels
     if pitch == 0.0:
         raise IllConditioned(
-            "the contact is single pixels without neighbours, so that no width with its error can be told; keep reflections off the membrane"
+            "the contact is single pixels without neighbours, so that no width with its error can be given; keep reflections off the membrane"
         )
     spread = float(np.std(spans, ddof=1)) / math.sqrt(len(spans)) if len(spans) > 1 else 0.0
     return float(np.median(spans)) + pitch, math.hypot(MEDIAN * spread, pitch / math.sqrt(6.0))

@@ -1,4 +1,4 @@
-"""Whether a shape agrees with all that the presses over an object showed, beside what it was fitted to."""
+"""Whether a shape agrees with all that the presses over an object showed, beside the points that it was fitted to."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Surface = Callable[[Mapping[str, Dimension], Array, Array], tuple[Array, Array]]
 
 #: m outside an outline beyond which nothing of the shape is felt, and inside it beyond which it shows as it is
 EDGE = 4e-3
-OFF = 1.5e-3  # m by which a surface is surely another
+OFF = 1.5e-3  # m, difference from which a surface is surely another
 LIFTED = 0.1e-3  # m above a flat top that its edges hold a membrane which resists bending: it then hangs over a face as over a hole
 AREA, SHARE = 40, 0.05  # cells that disagree, and their share of those felt, from which the shape is another
-WIRE = 0.5e-3  # m more, by which what is felt of a wire is narrower
+WIRE = 0.5e-3  # m added to the distance from a wire: the part of it that is felt is narrower
 CAP = 0.7  # of a dome's radius, within which its surface is judged: farther out it is steeper than is felt
 FALL = 0.2  # of the flanks of a point, at least
 #: cells, and the share of those well inside an outline, from which they show another surface, or none: of paper that bears little
@@ -79,7 +79,7 @@ def surface_of_domes(found: Sequence[Dome], radii: Sequence[Dimension], middle: 
 
 
 def surface_of_points(found: Sequence[Dome], middle: Array, heading: float) -> Surface:
-    """Return below what surface points lie, whose flanks are flat nowhere, from a middle (2,), m, world, and a heading, rad."""
+    """Return the surface below which points lie, whose flanks are flat nowhere, from a middle (2,), m, world, and a heading, rad."""
     places = [_from(dome.middle, middle, heading) for dome in found]
 
     def surface(_: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
@@ -118,7 +118,7 @@ def outside(solid: Solid, places: Array) -> Array:
 def contradiction(
     kind: Kind, surface: Surface, dimensions: Mapping[str, Dimension], relief: Relief, middle: Array, heading: float
 ) -> str:
-    """Return why a shape, `middle` (2,), m, world, and `heading`, rad, is not what the presses met, nothing where it may be.
+    """Return why the presses contradict a shape with `middle` (2,), m, world, and `heading`, rad; nothing where they do not.
 
     Surface that was felt outside its outline or above it is of something else, and so is a shape below whose surface a membrane
     hung, and a flat face over which one hung freely that the edges do not lift off it.

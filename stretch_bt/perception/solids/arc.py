@@ -37,7 +37,7 @@ class Arc:
 
 
 def fit_arc(profile: Profile, start: float, *, reach: float, layer: tuple[float, float]) -> Arc:
-    """Fit an arc near a place, m, to what of a profile lies within `reach`, m.
+    """Fit an arc near a place, m, to the part of a profile within `reach`, m.
 
     The membrane touches the arc over some width to each side and leaves it with the curvature of the arc, which decays
     over `layer`, m, the mean and the standard deviation of the square root of its bending stiffness over its tension.

@@ -19,11 +19,11 @@ Array = npt.NDArray[np.float64]
 SHORTEST, LONGEST = 0.1e-3, 6e-3  # m over which a membrane bends
 FEWEST = 12  # places of a profile
 BESIDE = 4e-3  # m that must be seen on either side of a bend
-MODEL = 5e-6  # m by which a profile of a membrane differs from a bend at the least
+MODEL = 5e-6  # m, least difference of a membrane's profile from a bend
 ALIKE = 8.0  # neighbouring places of a profile that err as one
 STEEPEST, LEAST = 3.0, 0.04  # change of slope
 STARTS = 1.5e-3  # m between places at which the search begins
-#: so near to the best fit that what is left says nothing of how a processor rounds
+#: so near to the best fit that the answer does not depend on how a processor rounds
 CONVERGED: Any = {"ftol": 1e-14, "xtol": 1e-10, "gtol": 1e-10}
 
 
@@ -31,8 +31,8 @@ CONVERGED: Any = {"ftol": 1e-14, "xtol": 1e-10, "gtol": 1e-10}
 class Bend:
     """A bend of a profile: straight on its near side, straight but for a steady curvature on its far one.
 
-    `place`, m, is where the straight parts meet, `height`, m, that of this point; `near` and `far` are their slopes and
-    `length`, m, is over what the membrane passes from one to the other: its slope changes as 1 - exp(-|u| / length).
+    `place`, m, is where the straight parts meet, `height`, m, is this point's height; `near` and `far` are their slopes and
+    `length`, m, is the length over which the membrane passes from one to the other: its slope changes as 1 - exp(-|u| / length).
     """
 
     place: float
@@ -47,7 +47,7 @@ class Bend:
 
     @property
     def change(self) -> float:
-        """By how much the slope falls."""
+        """Fall of the slope."""
         return self.near - self.far
 
     @property
@@ -82,7 +82,7 @@ def search_bend(profile: Profile, low: float, high: float, *, reach: float = 12e
 
 
 def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[float, float]:
-    """Return how badly a bend at a place explains the whole profile, and the place; what does not bend down is none."""
+    """Return how badly a bend at a place explains the whole profile, and the place; a profile that does not bend down has none."""
     part = profile.between(place - reach, place + reach)
     _check(part, place)
     fit, left = _linear(part, place, length)
@@ -93,7 +93,7 @@ def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[
 
 
 def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3, curved: bool = False) -> Bend:
-    """Fit a bend near a place, m, to what of a profile lies within `reach`, m, of it; its near side may be `curved` as its far one is.
+    """Fit a bend near a place, m, to the part of a profile within `reach`, m, of it; its near side may be `curved` like its far one.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3, curved: bo
     if not LEAST < change < STEEPEST:
         raise IllConditioned("the profile does not bend down there: no edge is seen; press nearer to an edge")
     rms = math.sqrt(float(np.mean(residual**2)))
-    # A place errs by what neighbours share: the residuals of a profile are smooth.
+    # A place errs by the error that neighbours share: the residuals of a profile are smooth.
     noise = max(rms * math.sqrt(ALIKE), MODEL, part.noise / math.sqrt(float(part.count.mean())) * math.sqrt(ALIKE))
     jacobian: Array = np.asarray(found.jac)
     covariance = noise**2 * np.linalg.pinv(jacobian.T @ jacobian)

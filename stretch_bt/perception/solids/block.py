@@ -21,7 +21,7 @@ __all__ = ["block", "disc"]
 Array = npt.NDArray[np.float64]
 
 INNER = 0.6  # share of a side along which its profile is taken: at corners the membrane falls off to two sides
-SHARED = 0.1e-3  # m by which all bends of a side err alike
+SHARED = 0.1e-3  # m, error that all bends of a side share
 WINDOW = 12e-3  # m to either side of a bend
 NEAR = 4e-3  # m from the outline within which an edge is sought
 BAND = 1.5e-3  # m to either side of a ray
@@ -75,7 +75,7 @@ def _edges(
 
 
 def _height(ends: list[list[Corner]], floor: float, fillet: tuple[float, float]) -> Dimension:
-    """Return the height of a flat top above the table, m: that of its edges, off which a membrane lifts from it."""
+    """Return the height of a flat top above the table, m: the height of its edges, where a membrane lifts off it."""
     found = pooled([pooled([corner.top for corner in end]) for end in ends])
     common = fillet[1] * _mean([corner.top_share for end in ends for corner in end])
     return Dimension(found.value, math.hypot(found.sd, common, floor, SHARED), found.steps)

@@ -12,9 +12,9 @@ __all__ = ["FILLET", "FILLET_SD", "Beyond", "beyond_end", "inside_wire"]
 FILLET = 1e-3  # m: radius of an edge or a wire, where the caller knows no better
 #: m; rms of how far any radius from 0 to 3 mm, one as likely as another, is from FILLET
 FILLET_SD = 1e-3
-EDGE_SD = 0.12e-3  # m by which the rule for an edge errs (benchmarks/conformity.py)
-#: m by which a membrane that leaves an edge, or the end of a crest, at no slope meets itself further inside than the rule says, and
-#: the slope from where it does not (benchmarks/conformity.py)
+EDGE_SD = 0.12e-3  # m, standard deviation of the rule for an edge (benchmarks/conformity.py)
+#: m, how much further inside than the rule says the straight parts meet where a membrane leaves an edge, or the end of a crest, at no
+#: slope, and the slope from where they do not (benchmarks/conformity.py)
 GENTLE_EDGE, GENTLE_END, STEEP = 0.25e-3, 0.5e-3, 0.75
 #: from the bend to the end of a sharp crest, over the length of the bend: the membrane falls off to three sides, so that it bends
 #: further inside the longer it takes; m from the bend to the end of a round crest beyond the rule for an edge; and the standard
@@ -25,7 +25,7 @@ STIFF = 0.7e-3  # m over which a membrane that resists bending passes from slope
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """By how much to move a place outwards, m, and the standard deviation of that, m."""
+    """Shift of a place outwards, m, and its standard deviation, m."""
 
     shift: float
     sd: float

@@ -17,17 +17,17 @@ __all__ = ["Corner", "fit_corner"]
 
 Array = npt.NDArray[np.float64]
 
-ROUNDS = 2  # by which the line of the force settles
+ROUNDS = 2  # until the line of the force has settled
 FLATTEST = 0.15  # slope of the near side over the width that is fitted, at most: else it is no top
 SIDE_SD, TOP_SD = (
     0.15e-3,
     0.08e-3,
-)  # m by which a side and a top err beside what the fit says (benchmarks/conformity.py)
+)  # m, standard deviations of a side and a top beside the fit's own (benchmarks/conformity.py)
 
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """The side and the height of an edge, m, and by how much each moves with the radius of its fillet.
+    """The side and the height of an edge, m, and how far each moves with the radius of its fillet.
 
     `lean`, rad, is how far the force of the edge leans outwards.
     """
@@ -38,12 +38,12 @@ class Corner:
 
     @property
     def side_share(self) -> float:
-        """By how much the side moves with the radius of the fillet."""
+        """Change of the side over the change of the fillet's radius."""
         return 1.0 - math.sin(self.lean)
 
     @property
     def top_share(self) -> float:
-        """By how much the top moves with it."""
+        """Change of the top over the change of the fillet's radius."""
         return 1.0 - math.cos(self.lean)
 
 

@@ -1,4 +1,4 @@
-"""A crest: the ridge of a prism, or that of a half-cylinder."""
+"""A crest: the ridge of a prism, or the crest of a half-cylinder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 MIDDLE = 0.6  # share of a crest's half length over which its cross-section is taken
 BAND = 1.5e-3  # m to either side of a crest along which its ends are sought
 REACH = 14e-3  # m to either side of a crest
-SHARED = 0.15e-3  # m by which all heights, or all bends of an end, err alike
+SHARED = 0.15e-3  # m, error that all heights, or all bends of an end, share
 LAYER, LAYER_SD = (
     2.4e-3,
     0.2e-3,
@@ -32,7 +32,7 @@ LAYER, LAYER_SD = (
 ROUND_SD = 0.15  # of the logarithm of a radius by the arc
 RADIUS_SD = 0.12  # of a radius by the arc, over presses
 DIFFERENT = (
-    0.36  # of the logarithm of a radius, by which a height is more than that of a shape that stands on the table
+    0.36  # logarithm of a height over a radius, beyond which the shape does not stand on the table with its flat side
 )
 PLAIN = 4.0  # nats that a radius costs that does not follow from the height
 
@@ -78,7 +78,7 @@ def _arc(profile: Profile, bent: float) -> Arc:
 
 
 def _radius(arcs: list[Arc]) -> float:
-    """Return the mean radius of arcs, m, by how surely each tells it: one touched along a line does not."""
+    """Return the mean radius of arcs, m, weighted by how surely each shows it: one touched along a line does not."""
     weights = [1 / ((arc.radius_sd / arc.radius) ** 2 + RADIUS_SD**2) for arc in arcs]
     return math.exp(float(np.average([math.log(arc.radius) for arc in arcs], weights=weights)))
 
@@ -87,7 +87,7 @@ def evidence_of_crest(crest: Crest) -> dict[str, float]:
     """Return the evidence, nats, for a ridge and for a half-cylinder.
 
     A ridge is rounded by the membrane's own stiffness alone. A half-cylinder on the table is as high as its radius, and the
-    membrane that lies on it is no sharper; where it is rounder it touches along a line, and does not tell.
+    membrane that lies on it is no sharper; where it is rounder it touches along a line, and does not show its radius.
     """
     sharper = max(crest.layer - LAYER, 0.0) / LAYER_SD
     off = max(math.log(max(crest.top.height, 1e-4) / crest.radius), 0.0) / ROUND_SD
@@ -102,7 +102,7 @@ def ridge(views: list[View], crest: Crest, floor: float, fillet: tuple[float, fl
 def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
     """Return length, radius and height of a half-cylinder that lies on its flat side.
 
-    Its radius is the mean of what its arc shows and of its height, where these agree; else what the arc shows.
+    Its radius is the mean of its arc's radius and of its height, where these agree; else the arc's radius.
     """
     height = _height(crest, floor)
     seen = Dimension(crest.radius, RADIUS_SD * crest.radius, {})
@@ -111,7 +111,7 @@ def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[f
 
 
 def on_table(seen: Dimension, height: Dimension, different: float = DIFFERENT) -> Dimension:
-    """Return a radius by what an arc shows and by the height of a shape that stands on the table with its flat side."""
+    """Return a radius from an arc's and from the height of a shape that stands on the table with its flat side."""
     if math.log(max(height.value, 1e-6) / seen.value) > different:
         return seen
     weights = seen.sd**-2, height.sd**-2

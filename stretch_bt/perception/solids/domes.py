@@ -23,19 +23,19 @@ Array = npt.NDArray[np.float64]
 BAND = 1.5e-3  # m to either side of a line through a peak
 REACH = 7e-3  # m
 PATCH = 3e-3  # m round a peak over which its height is taken
-MOST = 12e-3  # m from a peak to the hand within which a view shows over what the membrane bends
+MOST = 12e-3  # m from a peak to the hand within which a view shows the length over which the membrane bends
 ABOVE = 0.3e-3  # m above the lowest within which a view still lies on the peak: a membrane that hangs over it is higher
 ONE = 0.75  # of a dome's height, nearer than which another hump is of the same
-BLUNT = 30.0  # 1/m, least curvature by which a step is told: along a ridge of noise it would be endless
+BLUNT = 30.0  # 1/m, least curvature for a step: along a ridge of noise it would be endless
 CLIMBS, CELL = 5, 0.2e-3  # steps from a hump to its peak, and m of a step that is the last
 SHARED = 0.15e-3  # m
-DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
+DIFFERENT = 0.75  # logarithm of a height over a radius, beyond which a dome is no half-sphere on the table
 RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
 
 
 @dataclass(frozen=True, slots=True)
 class Dome:
-    """A peak: where (2,), m, its height, the radius of curvature that shows there, m, and over what the membrane bends, m."""
+    """A peak: where (2,), m, its height, the radius of curvature that shows there, m, and the length over which the membrane bends, m."""
 
     middle: Array
     height: Dimension
@@ -44,7 +44,7 @@ class Dome:
 
 
 def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
-    """Return what shows at each peak.
+    """Return the dome at each peak that a view shows.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _dome(views: list[View], hump: Array) -> Dome:
 
 
 def _climbed(views: list[View], hump: Array) -> tuple[Array, Dimension, list[float]]:
-    """Return the place of the peak of a hump, whose most curved place is beside it, with what `_lying` tells there."""
+    """Return the place of the peak of a hump, whose most curved place is beside it, with its height and the radii of curvature there."""
     peak, known = hump, _lying(views, hump)
     for _ in range(CLIMBS):
         way = known[2] * min(1.0, PATCH / max(float(np.hypot(*known[2])), 1e-9))

@@ -33,7 +33,7 @@ Array = npt.NDArray[np.float64]
 Made = Callable[[], Mapping[str, Dimension]]
 
 LOWEST = 2e-3  # m above the lowest hand from which a peak counts
-RIVAL = 12.0  # nats by which a shape may have less evidence than the best and still stand in for one that cannot be measured
+RIVAL = 12.0  # nats of evidence that a shape may lack on the best and still stand in for one that cannot be measured
 FAMILY = {
     **dict.fromkeys(("block", "disc", "wire_circle", "wire_triangle"), "flat"),
     **dict.fromkeys(("ridge", "half_cylinder"), "crest"),
@@ -43,7 +43,7 @@ MARGIN = 10e-3  # m beyond the top within which its outline is sought
 
 
 class _Case:
-    """What all kinds of shapes are judged by."""
+    """The data by which all kinds of shapes are judged."""
 
     def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float], relief: Relief | None) -> None:
         self.views, self.cloud, self.fillet, self.relief = views, cloud, fillet, relief
@@ -60,7 +60,7 @@ class _Case:
         self.unlike: dict[Kind, str] = {}
 
     def offer(self, kind: Kind, evidence: float, made: Made, at: tuple[Array, float] | None = None) -> None:
-        """Offer a kind, with its middle (2,), m, world, and its heading, rad, where these are not those of the top."""
+        """Offer a kind, with its middle (2,), m, world, and its heading, rad, where these differ from the top's."""
         self.evidence[kind], self.made[kind] = evidence, made
         self.stands[kind] = at or (self.middle, self.heading)
 
@@ -87,9 +87,9 @@ def fit_object(
 ) -> Solid:
     """Fit the shape of an object on the table to what contacts show of it, and return its dimensions.
 
-    What the top is like chooses among families: flat, a crest, or round. Within one the shapes are compared by their
-    evidence, and the best that can be measured, and that agrees with the map of the presses, is taken, then a flat shape that is
-    about as likely; where none does, or none is about as likely, the extents of the cloud are what is known.
+    The form of the top chooses among families: flat, a crest, or round. Within one the shapes are compared by their
+    evidence. The best one that can be measured, and that agrees with the map of the presses, is taken, then a flat shape that is
+    about as likely; where there is none, the extents of the cloud are returned.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def fit_object(
     fillet, fillet_sd : float, m
         Radius of the object's edges, or of its wire, with its standard deviation.
     relief : Relief, optional
-        The map of the presses. A shape that is taken for granted is not held against it.
+        The map of the presses. A shape that is taken for granted is not compared with it.
 
     Raises
     ------

@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 RAYS = 24
 BAND = 1.5e-3  # m to either side of a ray
 NEAREST, FARTHEST = 4e-3, 45e-3  # m from the middle
-OFF = 0.5e-3  # m by which bends lie off the outline of a shape that fits
+OFF = 0.5e-3  # m, typical distance of bends from the outline of a shape that fits
 FEWEST = 10
 
 

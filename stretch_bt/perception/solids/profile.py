@@ -18,7 +18,7 @@ STEP = 0.4e-3  # m, about a pixel of the hand's camera
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Mean heights (n,), m, at places (n,), m, along a line, of so many points each (n,); noise, m, is that of a point."""
+    """Mean heights (n,), m, at places (n,), m, along a line, of so many points each (n,); `noise`, m, is a point's standard deviation."""
 
     at: Array
     height: Array

@@ -30,10 +30,10 @@ DIMENSIONS = ("length", "width", "height", "radius", "side", "radius_1", "radius
 
 @dataclass(frozen=True, slots=True)
 class Dimension:
-    """A dimension and its standard deviation, m, and by how much each step of it moved the value that was seen, m.
+    """A dimension and its standard deviation, m, and the change, m, that each step made to the value that was seen.
 
-    `steps` has, by name, "membrane" for what the membrane's own roundness adds or takes, and "table" for what follows from
-    the shape standing on the table. The value less all of them is what the surface shows.
+    `steps` has, by name, "membrane" for the change by the membrane's own roundness, and "table" for the change because
+    the shape stands on the table. The value less all of them is the value that the surface shows.
     """
 
     value: Length
@@ -42,7 +42,7 @@ class Dimension:
 
     @property
     def seen(self) -> Length:
-        """What the surface shows, m."""
+        """Value that the surface shows, m."""
         return self.value - sum(self.steps.values())
 
 
@@ -60,7 +60,7 @@ class Solid:
     """A shape on the table: its kind, its dimensions by name, where it stands and how it is turned.
 
     `middle` (3,), m, world, is the middle of its top; `heading`, rad, the direction of its length from the world's x, in
-    [-pi/2, pi/2), for a triangle that of the normal of a side, in [-pi/3, pi/3). `ranking` has all kinds that were compared, the best first.
+    [-pi/2, pi/2), for a triangle the normal of a side, in [-pi/3, pi/3). `ranking` has all kinds that were compared, the best first.
     """
 
     kind: Kind
@@ -71,12 +71,12 @@ class Solid:
 
     @property
     def x(self) -> Length:
-        """Of the middle of its top, world."""
+        """Place of the middle of its top along x, world."""
         return float(self.middle[0])
 
     @property
     def y(self) -> Length:
-        """Of the middle of its top, world."""
+        """Place of the middle of its top along y, world."""
         return float(self.middle[1])
 
     @property
@@ -101,7 +101,7 @@ class Solid:
 
     @property
     def height(self) -> Length | None:
-        """Of the top above the table."""
+        """Height of the top above the table."""
         return self._value("height")
 
     @property
@@ -111,7 +111,7 @@ class Solid:
 
     @property
     def radius(self) -> Length | None:
-        """Of a disc, half-cylinder, circle of wire or the largest dome."""
+        """Radius of a disc, half-cylinder, circle of wire or the largest dome."""
         return self._value("radius")
 
     @property
@@ -121,7 +121,7 @@ class Solid:
 
     @property
     def side(self) -> Length | None:
-        """Of a triangle of wire, along its middle."""
+        """Side of a triangle of wire, along its middle."""
         return self._value("side")
 
     @property
@@ -131,7 +131,7 @@ class Solid:
 
     @property
     def radius_1(self) -> Length | None:
-        """Of the largest dome."""
+        """Radius of the largest dome."""
         return self._value("radius_1")
 
     @property
@@ -141,7 +141,7 @@ class Solid:
 
     @property
     def radius_2(self) -> Length | None:
-        """Of the second dome."""
+        """Radius of the second dome."""
         return self._value("radius_2")
 
     @property
@@ -151,7 +151,7 @@ class Solid:
 
     @property
     def radius_3(self) -> Length | None:
-        """Of the third dome."""
+        """Radius of the third dome."""
         return self._value("radius_3")
 
     @property
@@ -169,7 +169,7 @@ class Solid:
 
 
 def pooled(found: list[Dimension], shared: float = 0.0) -> Dimension:
-    """Return the mean of one dimension from several places, by 1 / sd^2; `shared`, m, is a deviation that all have in common.
+    """Return the mean of one dimension from several places, by 1 / sd^2; `shared`, m, is a standard deviation that all have in common.
 
     Where they differ by more than they say, the standard deviation of the mean grows by as much (Birge, 1932).
     """

@@ -1,4 +1,4 @@
-"""The top of what was felt: where it is, and whether it is flat, a crest or round."""
+"""The top of the surface felt: where it is, and whether it is flat, a crest or round."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ LEVEL = 0.8e-3  # m
 PATCH = 6e-3  # m round the middle over which it is judged
 FEWEST = 25  # cells of a patch
 LARGE = 0.3  # share of the top's area from which a part as high is another object's
-FLOOR = 0.05e-3  # m by which the top of a shape under a membrane differs from a simple surface
+FLOOR = 0.05e-3  # m, difference of the top of a shape under a membrane from a simple surface
 ALIKE = 6.0  # cells that err as one
-SCALE, APART = 2.8, 6  # cells: what heights are smoothed by to find humps, and how far these are apart
-SMEARED = 1.5  # cells that what was felt is smoothed by
+SCALE, APART = 2.8, 6  # cells: Gaussian that smooths heights to find humps, and how far these are apart
+SMEARED = 1.5  # cells: Gaussian that smooths the places felt
 CURVED = 58.0  # 1/m: least sum of the curvatures of a hump at that scale
 
 
@@ -44,7 +44,7 @@ class Height:
 class Top:
     """Middle (2,), m, and height, m, of the top, `along` (2,) the direction that it is longest in, and the half lengths of it, m.
 
-    `curvatures` (2,), 1/m, are those across and along, positive where the top is convex. `evidence` is that for "flat",
+    `curvatures` (2,), 1/m, are across and along it, positive where the top is convex. `evidence` is for "flat",
     "crest" and "round", nats, 0 for the best. `another` (2,), m, is where
     there is a second top as high and about as large, apart from it.
     """
@@ -95,7 +95,7 @@ def peaks_of(grid: Height, views: list[View], low: float) -> list[Array]:
 
 
 def top_of(heights: Height) -> Top:
-    """Return the highest part of a height map, and what it is like.
+    """Return the highest part of a height map, and its form.
 
     Raises
     ------
@@ -107,11 +107,11 @@ def top_of(heights: Height) -> Top:
     known = np.isfinite(heights.z)
     if known.sum() < FEWEST:
         raise IllConditioned(
-            "the surface is too small to tell its top; press deeper, or nearer to the middle of the object"
+            "the surface is too small to show its top; press deeper, or nearer to the middle of the object"
         )
     smooth = gaussian_filter(np.where(known, heights.z, np.nanmin(heights.z)), 1.0)
     peak = np.unravel_index(int(np.argmax(np.where(known, smooth, -np.inf))), smooth.shape)
-    # A hump of noise on a flat top is no top of its own: what counts is the level of all that is nearly as high.
+    # A hump of noise on a flat top is no top of its own: the level of all that is nearly as high counts.
     level = float(np.median(smooth[known & (smooth > smooth[peak] - LEVEL)]))
     parts, _ = label((smooth > min(level, float(smooth[peak])) - NEAR_TOP) & known)
     cells = np.argwhere(parts == parts[peak])

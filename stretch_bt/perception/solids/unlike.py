@@ -1,4 +1,4 @@
-"""Whether the outline of a flat top is that of the shape which explains it best."""
+"""Whether the outline of a flat top agrees with the shape that explains it best."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ HARMONICS = np.arange(2, 9)
 FEWEST = 24  # bends around a top that show its harmonics
 ALIKE = 4.0  # bends that err as one
 ROUNDS = 10  # of weights
-MISSED = 0.1e-3  # m by which a harmonic of the bends around a disc is off (0.01 to 0.14 mm; `python benchmarks/flat_tops.py`)
+MISSED = 0.1e-3  # m, error of a harmonic of the bends around a disc (0.01 to 0.14 mm; `python benchmarks/flat_tops.py`)
 CLEAR = 12.0  # chi2 of two degrees of freedom
-END = 0.6  # of half a side, by which its bends say that it is bowed
+END = 0.6  # share of half a side from its middle to where its bow is taken
 INNER = 0.7  # of half a side: beyond it the membrane falls off to two sides
 ON = 0.6  # of half a width, from where a bend belongs to a side
 LEAST = 4  # bends of a side
-BOWED = 1e-3  # m, of the median of the sides: those of blocks are mostly less than 0, single ones up to 0.7 mm, those of ellipses 1.9 to 2.9
+BOWED = 1e-3  # m, median bow of the sides: of blocks mostly less than 0, of single ones up to 0.7 mm, of ellipses 1.9 to 2.9
 
 
 def unlike_circle(places: Array, circle: Fitted) -> str:

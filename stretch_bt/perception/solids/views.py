@@ -16,7 +16,7 @@ __all__ = ["View", "view_of", "views_of"]
 
 Array = npt.NDArray[np.float64]
 
-BELOW = 3e-3  # m that a membrane hangs at most below its own plane; what lies deeper is seen past its sides
+BELOW = 3e-3  # m, largest sag of a membrane below its own plane; deeper points are seen past its sides
 FEWEST = 200  # points
 
 
@@ -24,7 +24,7 @@ FEWEST = 200  # points
 class View:
     """Points (n, 3), m, of the membrane in the world, where it touches, and where the hand stood (3,), m.
 
-    `noise`, m, is the standard deviation of one point's height, `shared`, m, that of an error that all have in common.
+    `noise`, m, is the standard deviation of one point's height, `shared`, m, the standard deviation of an error that all share.
     """
 
     points: Array

@@ -19,15 +19,15 @@ __all__ = ["is_hollow", "no_wire_there", "wire_circle", "wire_triangle"]
 
 Array = npt.NDArray[np.float64]
 
-HOLLOW = 0.06e-3  # m by which the membrane over a wire hangs lower in the middle than near the wire, at least
-SHARED = 0.25e-3  # m by which the middle of a wire errs all around
+HOLLOW = 0.06e-3  # m, least sag of the membrane inside a wire: how much lower its middle hangs than near the wire
+SHARED = 0.25e-3  # m, error of the middle of a wire, alike all around
 PART = 0.35  # share of a side to either side of its middle along which its profile is taken
 WINDOW = 10e-3  # m
-BESIDE = 1e-3  # m beyond a wire within which what was felt counts as of it
+BESIDE = 1e-3  # m beyond a wire within which points felt belong to it
 
 
 def is_hollow(views: list[View], middle: Array, size: float) -> bool:
-    """Whether a flat outline of some size, m, has no face: a membrane that resists bending rises inside a wire."""
+    """Whether a flat outline of some size, m, has no face: inside a wire the membrane hangs lower in the middle than near the wire."""
     found = []
     for view in views:
         away = np.hypot(*(view.points[:, :2] - middle).T)
@@ -92,7 +92,7 @@ def _side(
 
 
 def _height(bends: list[Bend], floor: float) -> Dimension:
-    """Return the height of the wire's top, m: that of the membrane where it bends."""
+    """Return the height of the wire's top, m: the height of the membrane where it bends."""
     surfaces = [b.surface for b in bends]
     sd = float(np.std(surfaces)) / math.sqrt(max(len(surfaces) / 4, 1.0))
     seen = float(np.median([b.height for b in bends]))
@@ -103,7 +103,7 @@ def _height(bends: list[Bend], floor: float) -> Dimension:
 def no_wire_there(solid: Solid, places: Array, radius: float) -> npt.NDArray[np.bool_]:
     """Return at which world places (n, 2), m, inside a shape of wire the membrane hangs; nowhere in one of another kind.
 
-    Inside a triangle a membrane is as flat as on a face, so that only the shape tells.
+    Inside a triangle a membrane is as flat as on a face, so that only the shape shows it.
     """
     away = places - solid.middle[:2]
     if solid.kind == "wire_circle":
