@@ -19,7 +19,7 @@ class Here:
     depth = 0
 
 
-#: of this process; a tick looks at it, so that it costs next to nothing
+#: state of this process; a tick looks at it, so that it costs next to nothing
 here = Here()
 
 

@@ -145,19 +145,19 @@ class DepthFrame(BriefRepr):
     unit : float, m
         Depth of one count.
     intrinsics : Intrinsics
-        Of this image, in pixels.
+        Intrinsics of this image, in pixels.
     time : float, s
-        Of the exposure, on the device's own clock.
+        Time of the exposure, on the device's own clock.
     sequence : int
         Number of the frame.
     plane_distance : float, m, or None
-        From the camera to the flat membrane, along the optical axis: where the membrane frame has its origin.
+        Distance from the camera to the flat membrane, along the optical axis: where the membrane frame has its origin.
     hand_height : float, m, or None
         World z of the flat membrane at the exposure; this and the next two are None where the cell does not know them.
     stretch : float, m, or None
-        Of the membrane at the exposure.
+        Stretch of the membrane at the exposure.
     pose : Pose or None
-        Of the hand frame in the world at the exposure.
+        Pose of the hand frame in the world at the exposure.
     """
 
     raw: npt.NDArray[np.uint16]

@@ -12,7 +12,7 @@ from typing import Any
 
 __all__ = ["ONE_THREAD", "kernels", "one_thread"]
 
-#: of the environment of another process
+#: variables of the environment of another process
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 

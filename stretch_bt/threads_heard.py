@@ -43,7 +43,7 @@ class Heard:
 def threads_heard() -> Iterator[Heard]:
     """Collect errors in threads while the block runs; those that nobody takes are written to standard error, a line each.
 
-    Within another such block that one goes on hearing.
+    Within another such block, the outer one goes on noting them.
     """
     before = threading.excepthook
     if isinstance(before, Heard):

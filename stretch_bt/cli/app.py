@@ -24,7 +24,7 @@ COMMANDS = Commands(cli)
 
 
 class _Commands(Group):
-    """All commands; what makes one end before it began is kept for its JSON."""
+    """All commands; the reason why one ends before it began is kept for its JSON."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -45,7 +45,7 @@ class _Commands(Group):
 
 
 def _in_plain_words(error: Any) -> None:
-    """Put the words of this package for those of pydantic, which typer reads values with."""
+    """Replace the message of pydantic, with which typer reads values, by one in this package's words."""
     from pydantic import ValidationError
 
     from stretch_bt.source.plain_words import in_words

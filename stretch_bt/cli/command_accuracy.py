@@ -53,14 +53,14 @@ def command(
         raise InvalidInput(
             f"there is no row of {', '.join(names) or 'any domain'} in these files; name a domain that they hold, or none for all"
         )
-    if page is not None:  # what cannot be made is refused before anything is measured
+    if page is not None:  # a folder that cannot be made is refused before anything is measured
         page.mkdir(parents=True, exist_ok=True)
     rows = _kept(given if files else _measured(names, quick, old), out)
     if page is not None:
         _write_page(page, rows)
     if old is not None and not old.shared(rows):
         raise InvalidInput(
-            "none of these rows is among those of before, so that nothing was compared; name the same domains and cases"
+            "none of these rows is among the earlier rows, so that nothing was compared; name the same domains and cases"
         )
     flags = [] if old is None else [old.flag(row) for row in rows]
     if json_:

@@ -25,9 +25,9 @@ def command(
         "hand.yaml"
     ),
     scene: Annotated[str | None, typer.Option(help="What a simulated cell simulates.")] = None,
-    seed: Annotated[int, typer.Option(help="Of everything random in a simulation.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of everything random in a simulation.", min=0)] = 0,
     stops: Annotated[int, typer.Option(help="Openings at which to look.", min=3, max=30)] = 6,
-    frames: Annotated[int, typer.Option(help="To average at each.", min=1, max=256)] = 16,
+    frames: Annotated[int, typer.Option(help="Frames to average at each.", min=1, max=256)] = 16,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask: the hand is free, and fingers may move.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
@@ -96,7 +96,7 @@ def _show(fields: dict[str, Any], out: Path) -> None:
         unit, scale = ("deg", math.degrees(1)) if name in TURNS else ("mm", 1e3)
         typer.echo(f"{name:10} {scale * e['value']:9.3f} +- {scale * e['sd']:.3f} {unit}")
     ratio = fields["gripper"]["ratio"]
-    typer.echo(f"openings seen over openings told: {ratio['value']:.4f} +- {ratio['sd']:.4f}")
+    typer.echo(f"openings seen over openings reported: {ratio['value']:.4f} +- {ratio['sd']:.4f}")
     for point in fields["gripper"]["points"]:
         typer.echo(f"count {point['count']:3d} is {1e3 * point['opening']:.2f} +- {1e3 * point['sd']:.2f} mm")
     typer.echo(f"written: {out}; name it in the cell file as 'hand: {{calibration: {out.name}}}'")

@@ -34,7 +34,7 @@ def command(
         list[str] | None,
         typer.Option("--port", metavar="WIRE=PORT", help="Port of a wire, such as rtu=54321; 0 for a free one."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")] = 0,
     activated: Annotated[bool, typer.Option("--activated", help="Grippers stand as after their activation.")] = False,
     with_input: Annotated[bool, typer.Option("--with-input", help="End when standard input ends.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Say where the wires are as one line of JSON.")] = False,

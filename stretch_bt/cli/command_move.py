@@ -28,7 +28,7 @@ def command(
     down: Annotated[
         str | None, typer.Option("--down", help="How far down, to no lower than `limits.contact.below` of the cell.")
     ] = None,
-    speed: Annotated[str, typer.Option("--speed", help="Of the hand.")] = "5mm/s",
+    speed: Annotated[str, typer.Option("--speed", help="Speed of the hand.")] = "5mm/s",
     device: Annotated[str | None, typer.Option("--device", help="Which arm, where the cell has several.")] = None,
     scene: Annotated[str, typer.Option(help="What a simulated cell simulates.")] = _SCENE,
     yes: Annotated[

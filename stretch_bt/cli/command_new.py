@@ -25,9 +25,9 @@ KINDS = {
     "node": {"NAME.py": "node_KIND.py"},
     "device": {"NAME.py": "device_KIND.py", "NAME.yaml": "device.yaml", "test_NAME.py": "device_test.py"},
 }
-#: of a node, the first unless another is asked for
+#: kinds of a node, the first by default
 NODES = ("model", "perception", "actuation")
-#: of each kind of device: its name in the cell, and what its test names besides
+#: for each kind of device: its name in the cell, and further names in its test
 _POSES = "from stretch_bt.frames import Pose\n"
 DEVICES = {
     "Arm": (
@@ -46,9 +46,9 @@ DEVICES = {
 
 def command(
     what: Annotated[str, typer.Argument(help="tree, scene, cell, mocks, node or device")],
-    name: Annotated[str, typer.Argument(help="Its name, and that of the file.")],
+    name: Annotated[str, typer.Argument(help="Its name, and the file's name.")],
     kind: Annotated[
-        str | None, typer.Option("--kind", help=f"Of a device: {', '.join(DEVICES)}; of a node: {', '.join(NODES)}.")
+        str | None, typer.Option("--kind", help=f"Kind of device: {', '.join(DEVICES)}; of node: {', '.join(NODES)}.")
     ] = None,
 ) -> None:
     """Write commented files to begin with, in the present folder."""

@@ -16,9 +16,9 @@ __all__ = ["command"]
 
 def command(
     calibration: Annotated[Path, typer.Option(help="A file that `stretch-bt calibrate` wrote.")],
-    radius: Annotated[str, typer.Option(help="Of the sphere, as in 10mm.")],
-    stretch: Annotated[str, typer.Option(help="How far past the rest length, as in 30mm.")],
-    depth: Annotated[str, typer.Option(help="Past first contact, as in 8mm.")],
+    radius: Annotated[str, typer.Option(help="Radius of the sphere, as in 10mm.")],
+    stretch: Annotated[str, typer.Option(help="Stretch past the rest length, as in 30mm.")],
+    depth: Annotated[str, typer.Option(help="Depth past first contact, as in 8mm.")],
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Print the force that a calibrated hand feels from a sphere, with its standard deviation."""

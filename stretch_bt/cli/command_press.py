@@ -19,16 +19,16 @@ def command(
     indenter: Annotated[
         str, typer.Option(help="sphere:20mm, cylinder:20mm[:rim], cone:45deg[:tip], cube:20mm or height:FILE.npy:1mm")
     ],
-    stretch: Annotated[str, typer.Option(help="How far past the gauge, as in 30mm.")],
-    depth: Annotated[str, typer.Option(help="From the flat stretched plane, as in 10mm.")],
+    stretch: Annotated[str, typer.Option(help="Stretch past the gauge, as in 30mm.")],
+    depth: Annotated[str, typer.Option(help="Depth from the flat stretched plane, as in 10mm.")],
     solver: Annotated[str, typer.Option(help="hertz, axisymmetric or sheet")] = "sheet",
     mesh: Annotated[str | None, typer.Option(help="Length of the smallest elements.")] = None,
-    shear_modulus: Annotated[str, typer.Option(help="Of the membrane.")] = "47.4kPa",
-    mount_prestretch: Annotated[str, typer.Option(help="By how much it is pulled at stretch 0.")] = "0mm",
+    shear_modulus: Annotated[str, typer.Option(help="Shear modulus of the membrane.")] = "47.4kPa",
+    mount_prestretch: Annotated[str, typer.Option(help="Stretch of the membrane by its mount at stretch 0.")] = "0mm",
     gauge: Annotated[str, typer.Option(help="Length between the clamps at stretch 0.")] = "100mm",
-    at: Annotated[str, typer.Option(help="Where the indenter stands, as in 5mm,0mm.")] = "0mm,0mm",
-    tilt: Annotated[str, typer.Option(help="Its turns about x and y, as in 5deg,0deg.")] = "0deg,0deg",
-    effects: Annotated[str, typer.Option(help="Names with commas, as in wrinkling,sag.")] = "",
+    at: Annotated[str, typer.Option(help="Place of the indenter, as in 5mm,0mm.")] = "0mm,0mm",
+    tilt: Annotated[str, typer.Option(help="Turns of the indenter about x and y, as in 5deg,0deg.")] = "0deg,0deg",
+    effects: Annotated[str, typer.Option(help="Names of effects with commas, as in wrinkling,sag.")] = "",
     plot: Annotated[Path | None, typer.Option(help="Draw the pressed sheet into this PNG file.")] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:

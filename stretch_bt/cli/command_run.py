@@ -40,7 +40,7 @@ def command(
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="A parameter, as in depth=2mm; may be repeated.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
     record: Annotated[
@@ -48,7 +48,7 @@ def command(
     ] = "full",
     tolerance: Annotated[
         list[str] | None,
-        typer.Option(help="How far the twin may be off, as in stiffness=2%; may be repeated."),
+        typer.Option(help="Tolerance of the twin, as in stiffness=2%; may be repeated."),
     ] = None,
     longest: Annotated[
         str, typer.Option(help="Virtual time after which a simulated or mocked run is ended, as in '10 h'.")
@@ -213,7 +213,7 @@ def outputs_table(result: RunResult) -> Table:
 
 
 def show_stats(result: RunResult, console: Console) -> None:
-    """Print what the twin did and what that cost, and what is left of the run's CPU time."""
+    """Print what the twin did, the cost of that, and the rest of the run's CPU time."""
     from rich.table import Table
 
     if not result.stats:

@@ -17,7 +17,7 @@ def command(
     format_: Annotated[
         str | None,
         typer.Option(
-            "--format", help="text, dot, svg, html or btcpp; unless given that of the ending of --out, else text"
+            "--format", help="text, dot, svg, html or btcpp; by default the format of the ending of --out, else text"
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write to this file.")] = None,

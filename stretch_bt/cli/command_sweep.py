@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-#: between two lines of progress that no terminal shows in place, s
+#: time between two lines of progress that no terminal shows in place, s
 APART = 60.0
 
 
@@ -66,7 +66,7 @@ def command(
 
 
 class _Progress:
-    """Says on standard error how many items were run, how many failed, and what time is left: in place on a terminal."""
+    """Says on standard error how many items were run, how many failed, and the time that is left: in place on a terminal."""
 
     def __init__(self) -> None:
         self._began = self._told = time.perf_counter()

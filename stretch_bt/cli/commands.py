@@ -54,7 +54,7 @@ class Group(TyperGroup):
         return list(self.commands)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, or None where none has that name; what goes wrong while one is made is not hidden."""
+        """Return a command, or None where none has that name; an error while one is made is not hidden."""
         if cmd_name not in self.commands:
             return None
         return self.commands[cmd_name]

@@ -1,4 +1,4 @@
-"""Standard output and standard error that nobody has to read: what is printed waits in a queue, a thread writes it."""
+"""Standard output and standard error that nobody has to read: prints wait in a queue, a thread writes them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PATIENCE = 0.25
 class Outlet(io.RawIOBase):
     """A file descriptor that takes any bytes at once.
 
-    A result waits for its reader however long it takes. A picture, what shows a run while it goes on, is dropped as a
+    A result waits for its reader however long it takes. A picture, which shows a run while it goes on, is dropped as a
     whole where others wait for a reader already, and in the end waits no longer than `PATIENCE`.
     """
 
@@ -100,7 +100,7 @@ class Outlet(io.RawIOBase):
 
 
 class Stream(io.TextIOWrapper):
-    """Text for an outlet; what prints into it may not close it."""
+    """Text for an outlet; code that prints into it may not close it."""
 
     def close(self) -> None:
         """Keep it open."""
@@ -112,7 +112,7 @@ class Outlets:
     """Outlets in the place of standard output and standard error, where nobody has put anything else there.
 
     They write to copies of the file descriptors, which nothing closes or prints into by their numbers. With `--json`
-    standard output is for the document alone: what else is printed, also by native code, goes to standard error.
+    standard output is for the document alone: everything else that is printed, also by native code, goes to standard error.
     """
 
     def __init__(self) -> None:
@@ -127,7 +127,7 @@ class Outlets:
             sys.stdout, self._out = _outlet(1, sys.stdout)
         if sys.stderr is sys.__stderr__:
             sys.stderr, self._err = _outlet(2, sys.stderr)
-        #: what the document goes to
+        #: the stream for the document
         self.answer = answers.stream = sys.stdout
         if "--json" in sys.argv:
             if self._out is not None:
@@ -177,7 +177,7 @@ class Answers:
     stream: TextIO | None = None
 
 
-#: of this process
+#: the answers of this process
 answers = Answers()
 
 
@@ -200,7 +200,7 @@ def pictures() -> Iterator[None]:
         sys.stderr = error
         sys.excepthook, sys.unraisablehook = hooks  # no thread begins without the first
         with suppress(OSError, ValueError):
-            resource.setrlimit(resource.RLIMIT_NOFILE, room)  # what tells the result opens files
+            resource.setrlimit(resource.RLIMIT_NOFILE, room)  # printing the result opens files
         with suppress(OSError, ValueError):
             error.flush()
         if outlet is not None:

@@ -57,7 +57,7 @@ def _code() -> int:
     if lost is None:
         return code
     stops.say(f"error: cannot write to standard output: {lost.strerror}\n")
-    # a run ended as its task did, which its record tells; any other command gave no answer
+    # a run ended as its task did, and its record says how; any other command gave no answer
     return code if sys.argv[1:2] == ["run"] else code or 1
 
 

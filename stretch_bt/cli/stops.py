@@ -99,7 +99,7 @@ class Stops:
         return _filled(_OTHER, "Interrupted", f"stopped by {self.name}")
 
     def refusal(self, code: int) -> str:
-        """Return the JSON of a command that ended with an exit code, and told why on standard error alone."""
+        """Return the JSON of a command that ended with an exit code, and said why on standard error alone."""
         import json
 
         kind = "InvalidInput" if code == EXIT_BAD_INPUT else "Aborted"
@@ -134,5 +134,5 @@ def _give(number: int, text: str, patience: float) -> None:
         pass
 
 
-#: of this process
+#: the stops of this process
 stops = Stops()

@@ -65,7 +65,7 @@ class Cell:
         return {} if self._context.scene is None else self._context.twin.truth()
 
     def truth_of_simulated(self) -> dict[str, float]:
-        """Return `truth` without the quantities that a real device measures: what that sees is not the scene's object.
+        """Return `truth` without the quantities that a real device measures: a real device does not see the scene's object.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class Cell:
         return self._context.twin.world.sketch(self._context.now())
 
     def stats(self) -> list[dict[str, Any]]:
-        """Return what the twin did, how often and in what CPU time; empty where nothing is simulated."""
+        """Return what the twin did, with its count and CPU time; empty where nothing is simulated."""
         if self._context.scene is None:
             return []
         from stretch_bt.simulation.account import account

@@ -26,7 +26,7 @@ __all__ = ["CellSpec", "DeviceSpec", "cell_names", "cell_schema", "load_cell"]
 
 FORMAT = "stretch-cell/1"
 _REST = HandGeometry()
-#: what is wrong with the name of a file rather than with what is in it
+#: mistakes in the name of a file rather than in its content
 _NO_FILE = ("file-missing", "file-folder", "file-special", "file-unreadable")
 
 
@@ -36,15 +36,17 @@ class _Hand(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     gauge: Annotated[Length, Within(0.01, 1.0, "Length")] = Field(
-        default=_REST.gauge, description="membrane between the fingers"
+        default=_REST.gauge, description="length of the membrane between the fingers"
     )
-    width: Annotated[Length, Within(0.01, 1.0, "Length")] = Field(default=_REST.width, description="membrane across")
+    width: Annotated[Length, Within(0.01, 1.0, "Length")] = Field(
+        default=_REST.width, description="width of the membrane"
+    )
     thickness: Annotated[Length, Within(0.0001, 0.02, "Length")] = _REST.thickness
     rest_opening: Annotated[Length, Within(0.0, 0.5, "Length")] = Field(
         default=_REST.rest_opening, description="opening of the gripper at stretch 0"
     )
     plane_distance: Annotated[Length, Within(0.02, 2.0, "Length")] = Field(
-        default=_REST.plane_distance, description="camera to the flat membrane"
+        default=_REST.plane_distance, description="distance from the camera to the flat membrane"
     )
     calibration: str | None = Field(
         default=None, description="file that `calibrate-hand` wrote, relative to this one, in place of `plane_distance`"
@@ -52,7 +54,7 @@ class _Hand(BaseModel):
 
 
 class _Device(BaseModel):
-    """One device; the options that follow are those of its implementation."""
+    """One device; its implementation defines the options that follow."""
 
     model_config = ConfigDict(extra="allow", strict=True)
 
@@ -108,7 +110,7 @@ def load_cell(cell: str | Path) -> CellSpec:
     Raises
     ------
     CellError
-        With every mistake at its line and column, those in the files that it names included.
+        With every mistake at its line and column, also the mistakes in the files that it names.
     """
     try:
         path = resolve(cell, _shipped(), "cell")
@@ -155,7 +157,7 @@ def cell_names() -> list[str]:
 
 
 def cell_schema() -> dict[str, Any]:
-    """Return the JSON Schema of cell files, the options of every implementation included, those of installed packages too."""
+    """Return the JSON Schema of cell files, with the options of every implementation, also of installed packages."""
     options = tuple(found.options for found in Implementations().all())
     devices = TypeAdapter(dict[str, Union[options]]).json_schema()  # type: ignore[valid-type]  # noqa: UP007
     schema = _CellFile.model_json_schema()
@@ -163,7 +165,7 @@ def cell_schema() -> dict[str, Any]:
     brought = {
         **schema["properties"]["devices"],
         "minProperties": 1,
-    }  # what an imported module has is known to `check` alone
+    }  # only `check` knows the devices of an imported module
     listed = {**devices, "minProperties": 1}
     schema["properties"]["devices"] = {
         "description": listed.pop("description", "the devices, by name"),
@@ -245,6 +247,6 @@ def _with_calibration(device: Value, gripper: Value, known: Implementations) -> 
 def _takes_calibration(known: Implementations, use: str) -> bool:
     try:
         found = known.find("Gripper", use)
-    except Unusable:  # told where the device is read
+    except Unusable:  # reported where the device is read
         return False
     return found is not None and "calibration" in found.options.model_fields

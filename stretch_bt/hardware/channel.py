@@ -31,7 +31,7 @@ class Channel:
     end
         A socket of a pair.
     codec
-        Of the messages of both directions.
+        Codec of the messages of both directions.
     patience
         A message that the other side does not take within this time, s, counts as its end.
     """
@@ -80,7 +80,7 @@ class Channel:
                 return messages
             except OSError as error:
                 if messages:
-                    return messages  # the end is told next time
+                    return messages  # the end is reported next time
                 raise OtherSideGone(f"the other side is gone ({error})") from error
             if not data:
                 if messages:

@@ -18,7 +18,7 @@ _AHEAD = 0.25
 
 
 def check_reading(name: str, reading: Any, now: float) -> None:
-    """Refuse what is no reading of this name, or of no time: NaN is older than nothing, and the future never too old.
+    """Refuse a value that is no reading of this name, or of no valid time: neither NaN nor a future time is ever found too old.
 
     `now` is the host's time, s. Raises TypeError or ValueError, which are defects of the driver.
     """

@@ -15,7 +15,7 @@ from stretch_bt.hardware.messages import Codec, End, Message
 
 __all__ = ["LAST_WORD", "Child"]
 
-#: what begins the line of standard error in which a process that ends itself at once says why
+#: first words of the line of standard error in which a process that ends itself at once says why
 LAST_WORD = "lost: "
 #: how long a process may take to be gone once its channel is closed, s
 _GOING = 1.0
@@ -29,7 +29,7 @@ class Child:
     module
         What is run; it calls `keep`.
     codec
-        Of the messages of both directions.
+        Codec of the messages of both directions.
     first
         Messages that it is sent at its begin.
     descriptors

@@ -27,7 +27,7 @@ _NOT_OTHERS = 0o077
 
 
 def claims_folder() -> Path:
-    """Return where the files of claims are: in the folder that the system has for what the user runs, else in the one for what is temporary."""
+    """Return the folder of the files of claims: in the system's folder for the user's running programs, else in the one for temporary files."""
     runtime = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}"
     if Path(runtime).is_dir() and os.access(runtime, os.W_OK | os.X_OK):
         return Path(runtime) / _NAME

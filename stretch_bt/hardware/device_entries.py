@@ -1,4 +1,4 @@
-"""The devices of a cell file: what each names, and its options; every mistake at its place."""
+"""The devices of a cell file: the implementation of each, and its options; every mistake at its place."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _misnamed(key: Scalar) -> Iterator[Diagnostic]:
 def _implementation(
     kind: Scalar, use: Scalar, known: Implementations, problems: list[Diagnostic]
 ) -> Implementation | None:
-    """Return what a device names, or write down why there is none."""
+    """Return the implementation that a device names, or note why there is none."""
     if kind.text not in INTERFACES:
         hint = did_you_mean(kind.text, INTERFACES)
         problems.append(kind.mark.error("device-type", f"there is no device type {kind.text!r}", hint))

@@ -9,7 +9,7 @@ _LONGEST = 200
 
 
 def device_text(data: bytes) -> str:
-    r"""Return text on one line, without spaces around it; what cannot be printed is written as its escape.
+    r"""Return text on one line, without spaces around it; a character that cannot be printed is written as its escape.
 
     >>> device_text(b"ready\x1b[2J ")
     'ready\\x1b[2J'

@@ -1,7 +1,7 @@
 """What an implementation of a device provides; ownership, limits, ages and faults are added around it by `monitored`.
 
 A driver is constructed from its options in the cell file and a `CellContext`, touches nothing until `open`, and raises
-DeviceFault when the device fails. The poll function that a command returns tells how that motion stands as long as no
+DeviceFault when the device fails. The poll function that a command returns reports the state of that motion as long as no
 other command follows.
 """
 
@@ -62,7 +62,7 @@ class Options(BaseModel):
         return self
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
-        """Yield (key, what is wrong, what to write instead) for what only the files it names can tell."""
+        """Yield (key, mistake, what to write instead) for mistakes that only show in the files that the options name."""
         yield from ()
 
     def halt(self, name: str) -> Finding | None:
@@ -110,7 +110,7 @@ class Driver:
     """
 
     Options: ClassVar[type[Any]] = Options
-    #: name in cell files of one that a cell file imports; else its class name in snake case, or that of its entry point
+    #: name in cell files of a driver that a cell file imports; by default its class name in snake case, or the name of its entry point
     use: ClassVar[str] = ""
     simulated: ClassVar[bool] = False
     #: whether it goes by whatever clock it is given; a real device goes by the machine's
@@ -140,7 +140,7 @@ class Driver:
         return False
 
     def claimed(self) -> str | None:
-        """Return what one program only may use at a time: what the device is and where; None where that does not matter."""
+        """Return which device, and where, only one program may use at a time; None where several may."""
         return None
 
     def open(self) -> None:
@@ -215,7 +215,7 @@ class DepthCameraDriver(Driver, ABC):
     @property
     @abstractmethod
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames; raises NotReady before `open` where only the camera tells them."""
+        """Intrinsics of the frames; raises NotReady before `open` where only the camera knows them."""
 
     @abstractmethod
     def frame(self) -> Reading[DepthFrame]:

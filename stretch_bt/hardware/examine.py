@@ -35,7 +35,7 @@ _PAUSE = 0.002
 #: readings further apart than this, s, are too few for a run
 _SPARSE = 0.25
 #: what to do about a fault of a device
-AS_IT_SAYS = "do what the fault says; docs/devices.md leads to the page of each shipped device, docs/drivers.md tells how to write one"
+AS_IT_SAYS = "do what the fault says; docs/devices.md leads to the page of each shipped device, docs/drivers.md says how to write one"
 #: an older one, s, is none of a device that answers
 _OLD = 2.0
 #: how far a device that stands may seem to go, m; how long one takes to stand, and a run that was stopped to let go of it, s
@@ -83,7 +83,7 @@ def halt(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
 
 
 def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | Finding]]:
-    """Yield each device with its driver, or with what is to be said where there is none to look at."""
+    """Yield each device with its driver, or with a finding where there is no driver to look at."""
     cell = CellContext(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
     for device in spec.devices.values():
         if only in (None, device.name):
@@ -158,7 +158,7 @@ def _open_soon(driver: Driver) -> None:
 
 
 def _moved(driver: ArmDriver | GripperDriver) -> str:
-    """Return how far a device that was told to stop still goes, or nothing: a run beside may lead it on."""
+    """Return how far a device still goes after a command to stop, or nothing: a run beside may lead it on."""
     read, _ = _reading(driver)
     time.sleep(_BRAKING)
     before = read().value

@@ -1,4 +1,4 @@
-"""The hand: what is known of the membrane, its fingers and its camera, and where it first touched."""
+"""The hand: the lengths of its membrane, fingers and camera, and the height of first contact."""
 
 from __future__ import annotations
 

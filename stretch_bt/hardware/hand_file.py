@@ -15,7 +15,7 @@ from stretch_bt.units import Angle, Length, Within
 __all__ = ["FORMAT", "TURNS", "HandFile", "written"]
 
 FORMAT = "stretch-hand/1"
-#: of the camera's pose: angles, the others are lengths
+#: angles of the camera's pose; the others are lengths
 TURNS = ("tilt_x", "tilt_y", "yaw")
 _Offset = Annotated[Length, Within(-0.1, 0.1, "Length")]
 _Distance = Annotated[Length, Within(0.02, 2.0, "Length")]

@@ -106,7 +106,7 @@ class Implementations:
     own: list[type[Driver]] = field(default_factory=list)
 
     def names(self, kind: str) -> list[str]:
-        """Return the names that `use` may take for a kind of device; nothing is imported, so those of packages may be of another kind."""
+        """Return the names that `use` may take for a kind of device; nothing is imported, so the names of packages may be of another kind."""
         shipped = [use for k, use in SHIPPED if k == kind]
         own = [own_name(cls) for cls in self.own if _kind(cls) == kind]
         return list(dict.fromkeys([*shipped, *own, *(entry.name for entry in _entries())]))
@@ -210,7 +210,7 @@ def _entries() -> tuple[EntryPoint, ...]:
 
 @cache
 def _loaded(entry: EntryPoint) -> list[type[Driver]]:
-    """Return the driver that an entry point names, or those of the module that it names."""
+    """Return the driver that an entry point names, or the drivers of the module that it names."""
     package = _package(entry)
     try:
         with redirect_stdout(sys.stderr), alone():  # output is the command's alone
@@ -232,7 +232,7 @@ def _package(entry: EntryPoint) -> str:
 
 
 def _of_package(entry: EntryPoint) -> list[Implementation]:
-    """Return the implementations behind an entry point, those of a shipped name left out; raises Unusable, which names the package."""
+    """Return the implementations behind an entry point, without any of a shipped name; raises Unusable, which names the package."""
     classes = [cls for cls in _loaded(entry) if (_kind(cls), entry.name) not in SHIPPED]
     try:
         made = [_implementation(_kind(cls), entry.name, cls) for cls in classes]
@@ -240,7 +240,7 @@ def _of_package(entry: EntryPoint) -> list[Implementation]:
             one.options.model_json_schema()
     except Unusable as error:
         raise Unusable(f"the device {entry.name!r} of the package {_package(entry)}: {error}", error.hint) from error
-    except Exception as error:  # pydantic has no schema for what an option is
+    except Exception as error:  # pydantic has no schema for the type of an option
         message = (
             f"the options of the device {entry.name!r} of the package {_package(entry)} have no schema: {_line(error)}"
         )

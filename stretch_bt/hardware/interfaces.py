@@ -111,7 +111,7 @@ class Device(Protocol):
 
 @runtime_checkable
 class Arm(Device, Protocol):
-    """A robot arm that carries the hand; poses are those of the hand frame in the world."""
+    """A robot arm that carries the hand; its poses are poses of the hand frame in the world."""
 
     readings: ClassVar[Mapping[str, Any]] = {"force": Force, "height": Length}
 
@@ -159,7 +159,7 @@ class DepthCamera(Device, Protocol):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames; raises NotReady before the camera is open where only that tells them."""
+        """Intrinsics of the frames; raises NotReady before the camera is open where only the open camera knows them."""
         ...
 
     @property

@@ -1,4 +1,4 @@
-"""What a cell tells of its devices while it runs: the seam between devices and the record of a run."""
+"""What a cell reports of its devices while it runs: the seam between devices and the record of a run."""
 
 from __future__ import annotations
 

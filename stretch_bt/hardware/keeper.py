@@ -41,7 +41,7 @@ def keep(
     descriptor
         Number of the socket.
     codec
-        Of the messages of both directions.
+        Codec of the messages of both directions.
     make
         Returns the keeper, connected, from the channel and the first messages.
     opening

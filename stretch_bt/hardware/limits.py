@@ -17,7 +17,7 @@ from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Withi
 
 __all__ = ["LIMITED", "ContactLimit", "Limits", "Span"]
 
-#: what a port may be limited by, as in `port(limit="depth")`: names that `Limits.span` takes
+#: limits that a port may have, as in `port(limit="depth")`: names that `Limits.span` takes
 LIMITED = (
     *("x", "y", "height", "speed", "gripper_speed", "depth", "stretch", "force"),
     *("contact_speed", "held_force", "lowered_force", "travel", "radius"),
@@ -49,7 +49,7 @@ class ContactLimit(_Model):
     """Where the hand may meet something, and how fast it may be there, in any direction."""
 
     below: _Place = Field(description="height of the hand under which it may meet something, where `contact` is given")
-    speed: Annotated[Speed, Within(1e-4, 1.5, "Speed")] = Field(description="of the arm there, in any direction")
+    speed: Annotated[Speed, Within(1e-4, 1.5, "Speed")] = Field(description="speed of the arm there, in any direction")
 
 
 class Limits(_Model):
@@ -58,24 +58,28 @@ class Limits(_Model):
     x: Span = Span.model_construct(min=-0.5, max=0.5)
     y: Span = Span.model_construct(min=-0.5, max=0.5)
     height: Span = Span.model_construct(min=0.0, max=0.6)
-    speed: Annotated[Speed, Within(1e-4, 1.5, "Speed")] = Field(default=0.25, description="of the arm")
+    speed: Annotated[Speed, Within(1e-4, 1.5, "Speed")] = Field(default=0.25, description="speed of the arm")
     gripper_speed: Annotated[Speed, Within(1e-4, 0.5, "Speed")] = 0.15
-    depth: Annotated[Length, Within(0.001, 0.1, "Length")] = Field(default=0.025, description="hand past first contact")
+    depth: Annotated[Length, Within(0.001, 0.1, "Length")] = Field(
+        default=0.025, description="depth of the hand past first contact"
+    )
     stretch: Span = Span.model_construct(min=0.0, max=0.08)
     force: Annotated[Force, Within(0.1, 200.0, "Force")] = Field(
-        default=20.0, description="on the arm, whether it moves or stands"
+        default=20.0, description="force on the arm, whether it moves or stands"
     )
     peak_force: Annotated[Force, Within(0.1, 2000.0, "Force")] = Field(
-        default=75.0, description="that something may feel before a stopped arm stands; `check --cell` warns above it"
+        default=75.0,
+        description="largest force that something may feel before a stopped arm stands; `check --cell` warns above it",
     )
     stiffness: Annotated[Stiffness, Within(10.0, 1e7, "Stiffness")] = Field(
         default=20e3,
-        description="of hand and object where they meet, for that warning; the membrane alone has 0.4 N/mm, bare fingers on a table some 200",
+        description="stiffness of hand and object in contact, for that warning; the membrane alone has 0.4 N/mm, bare fingers on a table some 200",
     )
     contact: ContactLimit | None = None
     unwatched: Annotated[Time, Within(0.1, 60.0, "Time")] = Field(
         default=1.0,
-        description="a motion goes on that no tick looks at, under the drivers `ur` and `robotiq`: the twin stands still between ticks",
+        description="longest time a motion goes on without a tick that looks at it, under the drivers `ur` and `robotiq`: "
+        "the twin stands still between ticks",
     )
 
     @classmethod
@@ -157,7 +161,7 @@ class Limits(_Model):
 
 
 def _past(name: str, value: float, most: float, kind: str) -> str:
-    """Return how a value is past what is allowed, SI; empty where it is not."""
+    """Return the message about a value past its limit, SI; empty where it is not past."""
     return "" if value <= most + _ROUNDING else _told_past(name, value, most, kind)
 
 
@@ -167,7 +171,7 @@ def _told_past(name: str, value: float, most: float, kind: str) -> str:
 
 
 def _apart(kind: str, value: float, *bounds: float) -> list[str]:
-    """Return a value and what bounds it as text, with as many digits as tell them apart."""
+    """Return a value and its bounds as text, with as many digits as distinguish them."""
     for digits in (4, 7, 12):
         texts = [format_quantity(v, KINDS[kind], digits) for v in (value, *bounds)]
         if texts[0] not in texts[1:]:

@@ -17,7 +17,7 @@ _OTHERS = {
 def measured_by(quantity: str, kinds: Collection[str]) -> frozenset[str]:
     """Return the kinds of device through which a quantity of a scene is measured in a cell that has these kinds.
 
-    A force is that of the force sensor, or of the arm where there is none; what an object looks like is the camera's.
+    The force sensor measures a force, or the arm where there is none; the camera measures what an object looks like.
     """
     if quantity == "force":
         return frozenset({"ForceSensor" if "ForceSensor" in kinds else "Arm"})

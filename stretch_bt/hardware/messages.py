@@ -25,7 +25,7 @@ class Request(Message):
 
 @dataclass(frozen=True, slots=True)
 class Answer(Message):
-    """From the process: what came of the request with this number."""
+    """From the process: the result of the request with this number."""
 
     number: int
 

@@ -71,7 +71,7 @@ class Modules:
     def bring(self, name: str, file: Path) -> ModuleType | type:
         """Import a module that a file names, or one with a class that it names, and return it.
 
-        Which part of a name is that of a module is found out without executing any code.
+        The part of a name that names a module is found without executing any code.
 
         Raises
         ------
@@ -169,7 +169,7 @@ def _mending(error: BaseException) -> str:
 
 
 def longest_module(name: str, folders: Sequence[str]) -> str:
-    """Return how much of a dotted name is that of a module; none is executed, and what comes after it is looked for in it."""
+    """Return the part of a dotted name that names a module; no module is executed, and the rest of the name is looked for in it."""
     found, _, rest = name.partition(".")
     with _path([*trusted_path(), *folders]):
         _, places = _located(found, None)
@@ -183,7 +183,7 @@ def longest_module(name: str, folders: Sequence[str]) -> str:
 
 
 def _located(module: str, places: Sequence[str] | None) -> tuple[bool, Sequence[str]]:
-    """Return whether there is a module in some folders, None for those of Python's path, and where a package has its own."""
+    """Return whether there is a module in some folders, None for the folders of Python's path, and where a package has its modules."""
     if module in sys.modules:
         return True, list(getattr(sys.modules[module], "__path__", ()))
     try:
@@ -210,7 +210,7 @@ def attribute(module: str, name: str) -> Any:
 
 
 def installed_module(top: str) -> ModuleSpec | None:
-    """Return what an installed module of this name is, found without executing it, or None; the current folder does not count."""
+    """Return the spec of an installed module of this name, found without executing it, or None; the current folder does not count."""
     with _path(trusted_path()):
         found = (finder.find_spec(top, None) for finder in sys.meta_path)
         return next((spec for spec in found if spec is not None), None)
@@ -222,13 +222,13 @@ def _place(spec: ModuleSpec) -> str:
 
 
 class _Teller:
-    """A finder that finds nothing, and tells of each file in some folders that the next one will find."""
+    """A finder that finds nothing, and reports each file in some folders that the next one will find."""
 
     def __init__(self, folders: list[str], say: Callable[[str], None]) -> None:
         self.folders, self.say = folders, say
 
     def find_spec(self, name: str, path: Sequence[str] | None = None, target: Any = None) -> None:
-        """Tell of a module."""
+        """Report a module."""
         found = PathFinder.find_spec(name, path)
         origin = Path(found.origin) if found is not None and found.origin is not None else None
         if origin is not None and any(origin.is_relative_to(folder) for folder in self.folders):

@@ -45,7 +45,7 @@ class Stopping:
     late
         Longest time B for which a connection holds readings back and does not yet count as lost, s.
     lag
-        Time L by which the hand is behind its setpoint, s.
+        Delay L of the hand behind its setpoint, s.
     """
 
     averaged: float
@@ -70,9 +70,9 @@ def peak_force(speed: float, stiffness: float, limit: float, stopping: Stopping)
     Parameters
     ----------
     speed
-        Of the hand, m/s, above 0.
+        Speed of the hand, m/s, above 0.
     stiffness
-        Of hand and object together, N/m, above 0.
+        Stiffness of hand and object together, N/m, above 0.
     limit
         Force F at which the arm is stopped, N.
     stopping

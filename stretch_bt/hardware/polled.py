@@ -22,7 +22,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
     """Derive a driver from this and from its kind, as in `class Mine(PolledDriver, GripperDriver)`; a loss of the wire stays."""
 
     streams: ClassVar[bool] = True
-    #: of polls, Hz
+    #: rate of polls, Hz
     rate: float = 50.0
     #: the longest time that a command may take, and the device may be silent, s; three polls at least
     deadline: float = 1.0
@@ -74,7 +74,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
             self._kept = wire
 
     def latest(self) -> Sample[S]:
-        """Return what the device told last; raises DeviceLost after a loss, NotReady while it is closed."""
+        """Return the device's latest answer; raises DeviceLost after a loss, NotReady while it is closed."""
         return self._opened().latest()
 
     def do(self, job: Callable[[W], R]) -> R:
@@ -92,7 +92,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
         return self.do(run)
 
     def since(self, command: int) -> S | None:
-        """Return what the device told last, None as long as that is from before a command; raises as `latest` does."""
+        """Return the device's latest answer, None as long as that is from before a command; raises as `latest` does."""
         sample = self.latest()
         return sample.value if sample.number > command else None
 

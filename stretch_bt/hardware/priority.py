@@ -8,7 +8,7 @@ from pathlib import Path
 
 __all__ = ["raise_priority"]
 
-#: above that of everything else that does not ask for more
+#: higher than the priority of everything else that does not ask for more
 _PRIORITY = -10
 
 

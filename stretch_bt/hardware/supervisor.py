@@ -22,7 +22,7 @@ __all__ = ["Deadlines", "Program", "Supervisor"]
 _BEAT = 0.05
 #: how long the thread may take to hear why a process ended that takes no messages, s
 _GOING = 0.5
-#: after which silence a process that is to end counts as one that hangs, s
+#: silence after which a process that is to end counts as one that hangs, s
 _HANGS = 0.5
 
 
@@ -59,7 +59,7 @@ class Supervisor(Latched):
     take
         Called in the thread with each message that is no answer; returns whether the device is open with it.
     beat
-        Returns what the process is sent every 0.05 s as a sign of life, if anything.
+        Returns the message that the process gets every 0.05 s as a sign of life, if any.
     after
         Called in the thread once the process is gone.
     remark
@@ -142,7 +142,7 @@ class Supervisor(Latched):
             self.check_connected()
 
     def reply(self, message: Message | None) -> None:
-        """Send a message, if any, from the thread; where it cannot be sent, what the process said before it ended is heard first."""
+        """Send a message, if any, from the thread; where it cannot be sent, the last messages of the process are heard first."""
         with suppress(ChannelClosed):
             if message is not None and self._child is not None:
                 self._child.channel.send(message)

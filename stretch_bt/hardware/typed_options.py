@@ -39,7 +39,7 @@ class _TellsMistakes(Protocol):
     """Options that look at the files they name."""
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
-        """Yield (key, what is wrong, what to write instead)."""
+        """Yield (key, mistake, what to write instead)."""
 
 
 @runtime_checkable

@@ -41,7 +41,7 @@ class Wire(Protocol[S_co]):
         """Connect; moves nothing."""
 
     def read(self) -> S_co:
-        """Return what the device tells of itself now."""
+        """Return the device's answer about itself now."""
 
     def close(self) -> None:
         """Disconnect; may be called more than once."""
@@ -49,7 +49,7 @@ class Wire(Protocol[S_co]):
 
 @dataclass(frozen=True, slots=True)
 class Sample(Generic[S]):
-    """What a device told, the host's time at which it was asked, s, and the number of the exchange."""
+    """An answer of a device, the host's time at which it was asked, s, and the number of the exchange."""
 
     value: S
     time: float

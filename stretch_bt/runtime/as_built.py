@@ -37,7 +37,7 @@ class AsBuilt:
 
 
 def _parts(node: Any) -> dict[str, Any]:
-    """Return what a node is made of besides what its own code adds.
+    """Return the attributes of a node, except those that its own code adds.
 
     A node is asked for each attribute: once its `__dict__` was looked at, Python reads its attributes more slowly, and a tick costs half as
     much again.
@@ -53,7 +53,7 @@ def _copied(value: Any) -> Any:
 
 
 def _wrong(node: Any, parts: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is gone, and what says where a node stands and is another now."""
+    """Yield the names of attributes that are gone, and of those that place a node in the tree and are changed."""
     now = vars(node)
     for name in sorted(parts):
         if name not in now or (name in ("children", "path") and now[name] != parts[name]):

@@ -1,4 +1,4 @@
-"""A signal between two calls on an open cell: what still moves is stopped before the signal goes on to whoever had it before."""
+"""A signal between two calls on an open cell: any device that still moves is stopped before the signal goes on to whoever had it before."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class BetweenCalls:
         if self._runners:
             return
         if not self._virtual:
-            # in a thread of its own: what was interrupted may hold a lock that a stop needs
+            # in a thread of its own: the interrupted code may hold a lock that a stop needs
             stopping = threading.Thread(target=self._stop, name=f"stop at {name}", daemon=True)
             stopping.start()
             stopping.join(PATIENCE)

@@ -1,4 +1,4 @@
-"""Devices that the caller of a run gave and keeps: those of an open cell, or single ones."""
+"""Devices that the caller of a run gave and keeps: the devices of an open cell, or single ones."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ __all__ = ["BorrowedDevices", "Lender", "borrow", "lenders"]
 
 @runtime_checkable
 class Telling(Protocol):
-    """A device that tells a run what it says and is commanded, as those of a cell do; a scripted one is."""
+    """A device that reports to a run its answers and commands, as the devices of a cell do; a scripted one is."""
 
     def tell(self, name: str, journal: Journal) -> None:
-        """Tell the journal from now on; `name` is what the tree calls the device."""
+        """Report to the journal from now on; `name` is the name of the device in the tree."""
         ...
 
 
@@ -54,7 +54,7 @@ lenders: WeakSet[Lender] = WeakSet()
 
 
 def borrow(devices: Mapping[str, Device]) -> BorrowedDevices:
-    """Return devices for a run, by the names that its tree declares; those of an open cell come as that lends them.
+    """Return devices for a run, by the names that its tree declares; devices of an open cell come as the cell lends them.
 
     Raises
     ------
@@ -78,13 +78,13 @@ class BorrowedDevices:
     Parameters
     ----------
     devices
-        By the names that the tree declares.
+        Devices by the names that the tree declares.
     cell
         The cell that all of them are of, where that is known.
     scene
-        What is simulated, as the caller named it.
+        Simulated scene, as the caller named it.
     seed
-        Of everything random in a simulation, where the caller of the run has no say in it.
+        Seed of everything random in a simulation, where the caller of the run has no say in it.
 
     Raises
     ------
@@ -138,7 +138,7 @@ class BorrowedDevices:
         return {} if scene is None else scene.placed_params
 
     def silent(self, needed: Container[str]) -> list[str]:
-        """Return which of the devices that a run needs tell no journal what they say."""
+        """Return which of the devices that a run needs report to no journal."""
         known = (Monitored, Telling)
         return [name for name, device in self.devices.items() if name in needed and not isinstance(device, known)]
 
@@ -184,7 +184,7 @@ class BorrowedDevices:
 
 
 class _Renamed:
-    """A journal that is told the names which a tree has for the devices of a cell."""
+    """Passes everything on to a journal, with the names that a tree has for the devices of a cell."""
 
     def __init__(self, journal: Journal, names: Mapping[str, str]) -> None:
         self._journal = journal

@@ -48,7 +48,7 @@ def _tree(path: Path) -> list[Diagnostic]:
 
 
 def _unmade(program: Program) -> list[Diagnostic]:
-    """Return where a node class makes no node, each class at its first place; what they print is not the command's."""
+    """Return where a node class makes no node, each class at its first place; what they print goes to standard error."""
     leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
     found = []
     for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
@@ -139,7 +139,7 @@ _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
 
 
 def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None = None) -> list[Diagnostic]:
-    """Return the findings of files, in the order given; the first key of each says what it is.
+    """Return the findings of files, in the order given; the first key of each says its kind.
 
     With a cell, trees are also held against its devices and limits.
     """
@@ -162,7 +162,7 @@ def check_file(path: str | Path) -> list[Diagnostic]:
 
 
 def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagnostic]) -> list[Diagnostic]:
-    """Return what trees without errors ask for beyond a cell, or what is wrong with the cell."""
+    """Return what trees without errors ask for beyond a cell, or the mistakes of the cell."""
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.runtime.reach import beyond_cell
 
@@ -208,6 +208,6 @@ def _format(path: str | Path) -> str:
 
 
 def _meant(value: Value) -> str:
-    """Return the format that is the only entry of a list, else that of a tree."""
+    """Return the format that is the only entry of a list, else the format of a tree."""
     only = value.items[0] if isinstance(value, Seq) and len(value.items) == 1 else None
     return only.text if isinstance(only, Scalar) and only.text in _CHECKS else TREE

@@ -23,7 +23,7 @@ MAX_AGE, FORCE_AGE = 0.5, 0.25
 #: commands that a result keeps, the latest ones: a run may take days
 COMMANDS = 10_000
 
-#: part of a period by which the first tick, from which the grid counts, may be later than another is
+#: largest delay of the first tick, from which the grid counts, against other ticks, as a part of a period
 _EARLY = 0.25
 
 _READERS: dict[str, Callable[[Any], float]] = {

@@ -34,7 +34,7 @@ class Patience:
     """Gives each call of a node a time to return in, from a signal on; a block in which the alarm of the process is borrowed.
 
     The alarm interrupts waits as a signal does, and a handler may raise where it comes. That is done only where the own code of a
-    node is at work: what drivers, the record and the runner do is never left half done. Outside the main thread, which alone
+    node is at work: drivers, the record and the runner never leave their work half done. Outside the main thread, which alone
     gets signals, nothing is done.
 
     Parameters

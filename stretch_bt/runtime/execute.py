@@ -50,7 +50,7 @@ def execute(
     longest: float = LONGEST,
     record: Kept = "full",
 ) -> RunResult:
-    """Open what the task needs, run it, and close everything, whatever happens; what is given is used instead of a cell, and stays open.
+    """Open what the task needs, run it, and close everything, whatever happens; given devices are used instead of a cell, and stay open.
 
     A run in virtual time ends after the `longest` of it, s. `record` says what is kept of it.
     """
@@ -116,7 +116,7 @@ class _Run:
         if self.runner is not None:
             self.runner.interrupt(why)
         elif self.opening:
-            self.opening = False  # what closes the devices again is not broken off
+            self.opening = False  # closing the devices again is not broken off
             raise KeyboardInterrupt(why)
 
     def whole(self, spec: CellSpec | None, scene: Any, given: BorrowedDevices | None) -> RunResult:
@@ -140,7 +140,7 @@ class _Run:
                 return self.unbegun()
             kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
             status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
-            with suppress(RecordError):  # what ended the run is told, not what became of its record
+            with suppress(RecordError):  # the error that ended the run is reported, not an error of its record
                 self.record.close({"status": status, "reason": str(error)})
             raise
         finally:
@@ -238,7 +238,7 @@ class _Run:
         return outcome
 
     def write_down(self, result: RunResult) -> None:
-        """Close the record and write the report; what fails of it is told and changes nothing."""
+        """Close the record and write the report; an error of these is reported and changes nothing."""
         self.told_of_signals(result)
         lines, broken = self.heard.take()
         result.errors += lines
@@ -278,7 +278,7 @@ def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
 
 
 def _check_kinds(task: Task, given: BorrowedDevices) -> None:
-    """Refuse a device that is surely of another kind; one that has what its tree uses, and perhaps more, is of none."""
+    """Refuse a device that is surely of another kind; a device that has what its tree uses need not be of any kind."""
     from stretch_bt.hardware.monitored.base import Monitored
 
     for name in sorted(task.devices()):
@@ -310,7 +310,7 @@ def _scene(task: Task, spec: CellSpec | None, given: BorrowedDevices | None) -> 
     from stretch_bt.simulation.scene import load_scene
 
     if task.scene is None:
-        why = "name one with --scene: that of the tree counts where no cell is named"
+        why = "name one with --scene: the scene of the tree counts where no cell is named"
         if task.mocks is not None:
             what, *others = task.unmocked()
             more = f" and {len(others)} more" if others else ""

@@ -71,7 +71,7 @@ class WantedOutput:
         return abs(found - wanted) <= self.tolerance * (1 + SAME)
 
     def said(self, found: Any) -> str:
-        """Return what is said of an output that is another."""
+        """Return the message about an output that is another."""
         within = f" within {self.within.text.strip()}" if self.within is not None else ""
         seen = "the run gave none" if found is MISSING else f"it is {self._shown(found)}"
         return f"expected {self.name} to be {self._shown(self.value)}{within}; {seen}"
@@ -86,7 +86,7 @@ class WantedOutput:
 
 @dataclass(slots=True)
 class Expectation:
-    """What a mocks file says of the run: its result, what was visited, what never, what came of it, and how many ticks at most."""
+    """What a mocks file says of the run: its result, nodes visited and never visited, outputs, commands, and the most ticks."""
 
     result: str | None = None
     visited: list[tuple[str, str | None]] = field(default_factory=list)
@@ -158,7 +158,7 @@ class Expectation:
 
 
 def command_names(interface: type) -> list[str]:
-    """Return what nodes may command a device of an interface: what takes an owner, what ends a motion, what zeroes it."""
+    """Return the commands of nodes for a device of an interface: each that takes an owner, `zero`, and `stop` for a motion."""
     methods = {name: m for name, m in vars(interface).items() if inspect.isfunction(m) and not name.startswith("_")}
     owned = [name for name, method in methods.items() if "owner" in inspect.signature(method).parameters]
     return [*owned, *(["zero"] if "zero" in methods else []), *(["stop"] if owned else [])]

@@ -39,9 +39,9 @@ def fix_files(files: Iterable[str]) -> list[Diagnostic]:
 
 
 def fix_tree(path: Path, name: str | None = None) -> list[Diagnostic]:
-    """Respell a tree file in place, comments kept, and return what is left to its author; `name` is what messages call it.
+    """Respell a tree file in place, comments kept, and return what is left to its author; `name` is its name in messages.
 
-    Declarations of keys go where nothing but the type is declared and that follows from what writes the key. A file that is no tree,
+    Declarations of keys go where only the type is declared and the type follows from the key's writer. A file that is no tree,
     or one of the present form, stays as it is.
 
     Raises

@@ -28,11 +28,11 @@ _MAX_AGE = 0.5
 _PATIENCE = 60.0
 #: standard deviation of where in a count the fingers stand
 _COUNT = 1 / math.sqrt(12)
-#: m, that lengths may be off a line over the openings, as root mean square; where the ends are seen they are by 0.03 to 0.3 mm
+#: largest root mean square of the lengths' distances from a line over the openings, m; it is 0.03 to 0.3 mm where the ends are seen
 _BENT = 2e-3
 #: standard deviations that the camera's place at a stop may be off its mean
 _MOVED = 6.0
-#: of the camera's pose, all of which are the same at every stop
+#: parts of the camera's pose, all of which are the same at every stop
 _POSE = ("x", "y", "distance", "tilt_x", "tilt_y", "yaw", "aim_x", "aim_y")
 
 
@@ -41,7 +41,7 @@ _UNSEEN = "its ends or sides are not seen for what they are: free the view of al
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """An opening at which the membrane was looked at: as the gripper tells it, m, its own count, if it has one, and what was seen."""
+    """An opening at which the membrane was looked at: as the gripper reports it, m, its own count, if it has one, and the view."""
 
     told: float
     count: int | None
@@ -50,9 +50,9 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class HandCalibration:
-    """The camera in the hand, m and rad; `ratio` of the openings that were seen to those that were told; counts and their openings, m.
+    """The camera in the hand, m and rad; `ratio` of the openings that were seen to the reported openings; counts and their openings, m.
 
-    `residual` is by how far the lengths of the membrane are off a line over the openings, m.
+    `residual` is the root mean square distance of the membrane's lengths from a line over the openings, m.
     """
 
     camera: dict[str, Estimate]
@@ -86,7 +86,7 @@ def calibrate_hand(
     Raises
     ------
     DeviceFault
-        A device fails, or the fingers do not get where they are sent; what moves is stopped.
+        A device fails, or the fingers do not get where they are sent; everything that moves is stopped.
     IllConditioned
         Too little of the membrane is seen, or it touches something.
     InvalidInput
@@ -120,7 +120,7 @@ def calibrate_hand(
 
 
 def _fitted(found: list[Stop], rest: float, span: tuple[float, float]) -> HandCalibration:
-    """Put the stops together: the camera's errors are the same at each, those of the ends are not."""
+    """Put the stops together: the camera's errors are the same at each, the errors of the ends are not."""
     camera = {}
     for name in _POSE:
         estimates = [getattr(stop.view, name) for stop in found]

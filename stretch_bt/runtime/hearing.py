@@ -25,7 +25,7 @@ class Hearing:
     Parameters
     ----------
     nodes
-        Of the tree, by path. Without own ones among them nothing is done; neither is it outside the main thread.
+        Nodes of the tree, by path. Without own ones among them nothing is done; neither is it outside the main thread.
     """
 
     def __init__(self, nodes: Mapping[str, Any]) -> None:

@@ -25,7 +25,7 @@ class LiveView:
     """Shows a run on a console, by default standard error.
 
     On a terminal it redraws the tree a few times a second, cut to the rows around what runs. Elsewhere it prints a line
-    whenever an action, a node without children, changes its status. It is told by `update`, or as a watcher of a runner.
+    whenever an action, a node without children, changes its status. It gets the changes by `update`, or as a watcher of a runner.
     """
 
     def __init__(self, console: Console | None = None) -> None:

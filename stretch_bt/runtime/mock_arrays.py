@@ -21,7 +21,7 @@ from stretch_bt.tree.values import refuse
 
 __all__ = ["ARRAYS", "MockArrays", "array_fields", "array_of", "names_array"]
 
-#: what a record calls the file of the arrays
+#: name of the file of the arrays in a record
 ARRAYS = "mocks.npz"
 
 SUFFIXES = (".npy", ".npz")
@@ -40,7 +40,7 @@ class MockArrays:
     Parameters
     ----------
     folder
-        In which the paths begin.
+        Folder in which the paths begin.
     held
         Arrays that are in memory, by the text that names them.
     """

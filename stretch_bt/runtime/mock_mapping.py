@@ -20,7 +20,7 @@ from stretch_bt.units import Estimate
 __all__ = ["WrittenMocks", "record_fields"]
 
 Array = npt.NDArray[Any]
-#: of a field that no file can hold
+#: value of a field that no file can hold
 _NOT_WRITTEN = object()
 
 

@@ -22,7 +22,7 @@ __all__ = ["check_port", "mock_value"]
 def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None = None) -> Any:
     """Return what a mock writes: a literal, `{value, sd}` of a number, or the fields of a record.
 
-    Without `arrays` those that it names are files beside that of the value.
+    Without `arrays` the arrays that it names are files beside the file of the value.
 
     Raises
     ------

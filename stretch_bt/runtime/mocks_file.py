@@ -60,7 +60,7 @@ def read_mocks(
     With `keep` the mistakes of a file whose tree is known are kept, for `check_matches` to raise together with its own.
 
     In a mapping `format` and `tree` may be left out, arrays may stand for lists and for the arrays of records, and records for their
-    fields. Places of mistakes in it are those of its text in YAML, which a run records. `arrays` are those of a record.
+    fields. Places of mistakes in it are places in its text in YAML, which a run records. `arrays` are the arrays of a record.
     """
     path, text = _IN_MEMORY, ""
     try:

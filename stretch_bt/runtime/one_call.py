@@ -52,7 +52,7 @@ class Called:
         return self.ins | self.inouts
 
     def signature(self) -> inspect.Signature:
-        """Return what a caller may give, by keyword; records may be left out, as those of earlier calls stand in for them."""
+        """Return what a caller may give, by keyword; records may be left out, as records of earlier calls stand in for them."""
         must = {name for name in self.required if not self.ports[name].is_record}
         words = {
             **self.ports,

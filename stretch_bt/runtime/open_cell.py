@@ -57,7 +57,7 @@ def open_cell(
     scene
         What is simulated, where a device is: a scene file, or the name of a shipped scene.
     seed
-        Of everything random in a simulation.
+        Seed of everything random in a simulation.
     only
         Names of the devices to open; all by default.
     out
@@ -105,7 +105,7 @@ class OpenCell:
         self.clock: Clock = clock_of(spec)
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}
-        #: of the ticks of all calls
+        #: grid of the ticks of all calls
         self.grid = TickGrid(TICK)
         self._load(sheet=world is not None and world.is_sheet)
         self._record = None if out is None else record_of_calls(Path(out), spec.path.name, scene=self.scene, seed=seed)
@@ -114,7 +114,7 @@ class OpenCell:
         self.do = Do(self)
         #: subtrees that have begun and not ended
         self.live: list[Subtree] = []
-        #: what interrupted subtrees of this cell have still to do
+        #: each `finally` that interrupted subtrees of this cell have still to run
         self.pending_finally = PendingFinally(self.clock, self.begin_tick, self._stop_devices)
         self.between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
         atexit.register(self.close)
@@ -210,7 +210,7 @@ class OpenCell:
     def close(self) -> None:
         """Do what is owed, then stop and close every device; may be called more than once.
 
-        Raises what broke on the way once all is closed, a DeviceFault before anything else.
+        Raises the worst error on the way once all is closed, a DeviceFault before anything else.
         """
         errors: list[BaseException] = []
         with unbroken():
@@ -275,9 +275,9 @@ class OpenCell:
             self._record.begin_tick(self.grid.ticks, context.now)
 
     def settle(self) -> None:
-        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that.
+        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises the worst error of that.
 
-        A subtree that has come to its `finally` is interrupted: what begins would else take the devices from it.
+        A subtree that has come to its `finally` is interrupted: the next one to begin would else take the devices from it.
         """
         self.between.settle()
         with one_thread():

@@ -16,7 +16,7 @@ LONGEST = 60
 
 
 class Outputs(Mapping[str, Any]):
-    """The outputs of a node or a subtree, as attributes and by name, SI; a number with a deviation has it as `.sd`, what is absent is None."""
+    """The outputs of a node or a subtree, as attributes and by name, SI; a number with a deviation has it as `.sd`, an absent output is None."""
 
     def __init__(self, of: str, values: Mapping[str, Any]) -> None:
         self._of = of

@@ -19,7 +19,7 @@ __all__ = ["FinallyTicker", "PendingFinally", "worst_of"]
 
 
 class FinallyTicker:
-    """Ticks the `finally` of a tree and of those that it called, the innermost first and one after the other; each has a minute."""
+    """Ticks the `finally` of a tree and of the trees that it called, the innermost first and one after the other; each has a minute."""
 
     def __init__(self, built: BuiltTree, context: RunContext) -> None:
         self.built, self.context = built, context
@@ -30,7 +30,7 @@ class FinallyTicker:
         self.failed = ""
 
     def tick(self) -> bool:
-        """Tick once, and return whether all have ended; what breaks is kept in `errors`."""
+        """Tick once, and return whether all have ended; exceptions are kept in `errors`."""
         while self._ahead:
             if self._tick_first(self._ahead[0]):
                 return False
@@ -64,7 +64,7 @@ class PendingFinally:
     Parameters
     ----------
     clock
-        Of the cell.
+        Clock of the cell.
     begin_tick
         Begins a tick of a tree with this context.
     stop
@@ -115,7 +115,7 @@ class PendingFinally:
             self.tick()
 
     def tick(self) -> None:
-        """Tick what is owed first, once; at what breaks every device is stopped."""
+        """Tick the first owed `finally` once; at an exception every device is stopped."""
         if not self._pending:
             return
         ticker, period = self._pending[0]

@@ -52,7 +52,7 @@ class Task:
     scene: str | None = None
     cell: str | None = None
     mocks: Mocks | None = None
-    #: what the twin's results may be off by, where the run asks for that
+    #: tolerance of the twin's results, where the run asks for one
     tolerance: Tolerance | None = None
     notes: list[str] = field(default_factory=list)
     #: virtual time, s, after which the run is ended
@@ -69,7 +69,7 @@ class Task:
             self.mocks.check_matches(self.built, self.program)
 
     def prepare(self, hand: Hand | None = None, limits: Limits | None = None) -> None:
-        """Let every node look at what is known before any device is opened: parameters, the hand and the limits of the cell."""
+        """Let every node look at the parameters, the hand and the limits of the cell before any device is opened."""
         self.context.about = self.header()
         self.context.hand, self.context.limits = hand or self.context.hand, limits
         for node in self.built.nodes.values():
@@ -85,7 +85,7 @@ class Task:
         return MOCKED_TICKS if expected is None else 10 * expected
 
     def devices(self) -> set[str]:
-        """Return the devices that the run needs: those of nodes and readings that are not mocked."""
+        """Return the devices that the run needs: the devices of nodes and readings that are not mocked."""
         return self.built.needed(self.context.mocked_readings)
 
     def unmocked(self) -> list[str]:
@@ -127,7 +127,7 @@ class Task:
         }
 
     def run_info(self, spec: CellSpec | None, scene: Scene | None = None, silent: Sequence[str] = ()) -> dict[str, Any]:
-        """Return what a replay needs and what a person may want to know; `silent` are devices that tell no journal what they say."""
+        """Return what a replay needs and what a person may want to know; `silent` are devices that report to no journal."""
         document, limits = self.program.document, self.context.limits
         return {
             "tree": str(document.path.resolve()) if document.path else document.file,

@@ -88,7 +88,7 @@ def _commit(folder: Path) -> str | None:
 
 
 def others(recorded: Mapping[str, Any], program: Program, installed: Mapping[str, str]) -> list[str]:
-    """Return what a replay runs that is not what run.json says: versions of packages, and modules of nodes."""
+    """Return where a replay runs something else than run.json says: versions of packages, and modules of nodes."""
     before: Mapping[str, str] = recorded.get("versions") or {}
     found = [
         f"{name} {installed[name]} (recorded with {before[name]})"
@@ -131,7 +131,7 @@ def choice_of(scene: Scene | None) -> dict[str, Any] | None:
 
 
 def machine(compiled: bool) -> dict[str, Any]:
-    """Return the processor and what computes on it, which the last digits depend on; of numba only where code is compiled."""
+    """Return the processor and the libraries on it, on which the last digits depend; numba's part only where code is compiled."""
     extensions = np.show_config(mode="dicts")["SIMD Extensions"]
     return {
         "processor": processor(),

@@ -98,7 +98,7 @@ def _quoted(tree: Signature, key: str, value: yaml.ScalarNode) -> str | None:
 
 
 def _may_be_text(tree: Signature, key: str, value: yaml.ScalarNode) -> bool:
-    """Whether what a key is given was a text in an older file: the key holds text, and it is neither a reference nor absence."""
+    """Whether the value given to a key was a text in an older file: the key holds text, and it is neither a reference nor absence."""
     declared, text = tree.declared(key), value.value
     holds_text = declared is not None and declared.type.family in (Family.STR, Family.ENUM)
     return holds_text and not (text.startswith("$") or (text == "none" and value.style is None))

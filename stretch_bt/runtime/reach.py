@@ -28,8 +28,8 @@ _ROUNDING = 1e-9
 def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diagnostic]:
     """Return where a tree without errors asks for what a cell does not have or does not allow.
 
-    An error is what it asks for as it is written. A warning is what is known only in the run where the port takes more than the
-    cell allows, or what a param makes of it at an end of its range; `load` is the file that is read again for that.
+    A value that is known at load gives an error. A value known only in the run gives a warning where the port takes more than the
+    cell allows; so does a param at an end of its range, for which the file `load` is read again.
 
     Heights, and places that follow from where the hand is, are known in the run alone: of them only lengths that do not fit
     into the box anywhere are found.
@@ -127,7 +127,7 @@ class _Asked:
                     self._meet(path, part, declared, value, mark)
 
     def _written(self, wire: Wire, frame: str) -> Mark:
-        """Return the place where the value of a wire is written: that of the outermost call that hands it down."""
+        """Return the place where the value of a wire is written: the place in the outermost call that hands it down."""
         while frame in self.calls:
             call, frame = self.calls[frame]
             outer = call.inputs.get(wire.single_key() or "")

@@ -112,7 +112,7 @@ def unmet_of(task: Task, outcome: Outcome, visited: set[tuple[str, str]], seen: 
 
 
 def keys_of_main(built: BuiltTree) -> dict[str, Any]:
-    """Return what the keys of `main` hold now, in SI; a number with a deviation is an Estimate."""
+    """Return the present values of the keys of `main`, in SI; a number with a deviation is an Estimate."""
     named = ((cell.name.removeprefix("main/"), cell) for cell in built.cells if cell.name.startswith("main/"))
     return {name: cell.held() for name, cell in named if "/" not in name and cell.value is not MISSING}
 

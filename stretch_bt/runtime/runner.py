@@ -56,7 +56,7 @@ class Runner:
         self.clock = clock
         self.cell = cell
         self.context.period = period
-        #: what ended the task, where it was an error
+        #: the error that ended the task, if any
         self.cause: BaseException | None = None
         self.outcome = Outcome()
         grid = grid or TickGrid(period)
@@ -163,7 +163,7 @@ class Runner:
         self._is_set_up = True
         if not self.ticker.interrupted:
             set_up(self.tree)
-        self.ticker.begin()  # what that took is no time of the task
+        self.ticker.begin()  # the time of the setup is no time of the task
 
     def _stopped(self) -> None:
         """End by a signal."""

@@ -41,7 +41,7 @@ class SafeEnd:
     ticker
         What ticked it, and ticks each `finally`.
     outcome
-        How the task ended; what breaks here makes it worse.
+        How the task ended; an error here makes it worse.
     cell
         The devices, where there are any.
     """
@@ -68,7 +68,7 @@ class SafeEnd:
             errors += self._finally(finish)
         if self._tree.finish is not None:
             errors += self._finally(self._tree.finish)
-        outcome.worsen_by(errors)  # before the last stop: what is stopped depends on how the run ended
+        outcome.worsen_by(errors)  # before the last stop, which depends on how the run ended
         errors += self._stop_devices()
         errors += shut_down(self._tree)
         for error in errors:
@@ -91,9 +91,9 @@ class SafeEnd:
             return [error]
 
     def _finally(self, finish: Node) -> list[BaseException]:
-        """Tick a `finally` to its end or to one interrupt more than the task had, then those of trees that it called and left.
+        """Tick a `finally` to its end or to one interrupt more than the task had, then the `finally` of each tree that it called and left.
 
-        Returns what broke while stopping them.
+        Returns the errors of stopping them.
         """
         self._tick_finally(finish)
         errors: list[BaseException] = [*self._ticker.mend()]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SIGNALS", "First", "came", "put_back", "signals", "unbroken"]
 
-#: what asks for a safe stop; the last is a terminal that was closed
+#: signals that ask for a safe stop; the last comes from a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 #: names of the signals that came since the outermost block began, whoever took them
@@ -102,6 +102,6 @@ class First:
 
 @contextmanager
 def unbroken() -> Iterator[None]:
-    """Go through the block whatever signals come; for what stops devices, which is what they ask for."""
+    """Go through the block whatever signals come; for code that stops devices, as the signals ask."""
     with signals(lambda _: None):
         yield

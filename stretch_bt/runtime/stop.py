@@ -1,4 +1,4 @@
-"""Stopping a tree so that every node that started is told, whatever any of them does."""
+"""Stopping a tree so that every node that started is interrupted, whatever any of them does."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def started_leaves(root: Node) -> list[Node]:
 def stop_tree(root: Node) -> list[BaseException]:
     """Interrupt the started leaves in reverse order, each error apart from the others, then mark the rest as ended.
 
-    `terminate` of each is called once; nodes that had already ended are not told again.
+    `terminate` of each is called once; nodes that had already ended are not called.
     """
     errors: list[BaseException] = []
     nodes = list(_all(root))  # what a node does to itself as it ends hides no other

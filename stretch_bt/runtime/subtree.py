@@ -160,7 +160,7 @@ class Subtree(py_trees.behaviour.Behaviour):
             self.cell.live.remove(self)
 
     def _time(self) -> float:
-        """Return the time by which pauses are counted, s; a mixed clock lags behind by what is too long."""
+        """Return the time for counting pauses, s; a mixed clock lags behind it after too long a pause."""
         clock = self.cell.clock
         return clock.machine.now() if isinstance(clock, MixedClock) else clock.now()
 
@@ -224,7 +224,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         built, ticker = self._built, self._finally
         assert built is not None
         if ticker is None:
-            # what is owed is asked for before the nodes are stopped, which forget that they were entered
+            # the owed `finally` is taken before the nodes are stopped: those forget that they were entered
             ticker = FinallyTicker(built, self._context)
             begun = started_leaves(built.root)
             self.feedback_message = f"interrupted in {begun[-1].path}" if begun else ""

@@ -20,7 +20,7 @@ from stretch_bt.tree.values import Refused, check_bounds, literal
 
 __all__ = ["CheckedSweep", "check_sweep", "modules_below", "tree_wrong"]
 
-#: what is wrong with the name of a file rather than with what is in it
+#: mistakes in the name of a file rather than in its content
 _NO_FILE = ("file-missing", "file-folder", "scene-unknown", "cell-unknown")
 
 
@@ -46,7 +46,7 @@ def check_sweep(path: str | Path) -> CheckedSweep:
     Raises
     ------
     SweepError
-        The sweep file itself cannot be read; what is wrong with what it names is in `diagnostics`.
+        The sweep file itself cannot be read; mistakes in the files that it names are in `diagnostics`.
     """
     found = CheckedSweep(load_sweep(path), {}, [])
     for name in found.file.trees:
@@ -131,7 +131,7 @@ def _scene(file: SweepFile, name: Scalar) -> Iterator[Diagnostic]:
 
 
 def _cell(found: CheckedSweep) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the cell: one that is not simulated through and through would move."""
+    """Yield the mistakes of the cell: one that is not simulated through and through would move."""
     name = found.file.cell
     if name is None:
         return
@@ -160,6 +160,6 @@ def _first(error: StretchError) -> str:
 
 
 def _at_name(name: Scalar, error: FileError) -> list[Diagnostic]:
-    """Return what is wrong with a file: at its name where there is none, else at its own places."""
+    """Return the mistakes of a file: at its name where there is no file, else at their own places."""
     first = error.diagnostics[0]
     return [name.mark.error(first.code, first.message, first.hint)] if first.code in _NO_FILE else error.diagnostics

@@ -52,7 +52,7 @@ def run(
     record: Kept = "full",
     tolerance: Mapping[str, Any] | None = None,
 ) -> RunResult:
-    """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
+    """Run a tree and return how it ended; prints of its nodes go where the caller's own prints go.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def run(
     params
         Parameters of the tree: text as in `--set`, or SI numbers.
     seed
-        Of everything random in a simulation.
+        Seed of everything random in a simulation.
     mocks
         A mocks file, or its content as text of several lines or as a mapping; devices that only mocked nodes use are not opened.
     out
@@ -78,7 +78,7 @@ def run(
         Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed.
         Those of an open cell bring its clock, hand and limits.
     modules
-        Folder in which the Python modules of the tree may stand; by default that of the tree.
+        Folder in which the Python modules of the tree may stand; by default the folder of the tree.
     longest
         Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
     record
@@ -212,7 +212,7 @@ def _asked_of(task: Task, given: BorrowedDevices | None) -> Mapping[Scalar, Scal
 
 
 def _with_asked(task: Task, asked: Mapping[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:
-    """Return a task with those of the params asked for that its tree has and the run does not set, and a note of those in vain.
+    """Return a task with the asked params that its tree has and the run does not set, and a note of each that the tree lacks.
 
     Raises
     ------

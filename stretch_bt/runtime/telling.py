@@ -1,4 +1,4 @@
-"""What a run tells its watchers: which node came to which status, which key was written, and what else happened."""
+"""What a run reports to its watchers: which node came to which status, which key was written, and what else happened."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _NEVER = (Status.INVALID, -1)
 
 
 class Telling:
-    """Tells the watchers of a run, each change of a status once.
+    """Reports to the watchers of a run, each change of a status once.
 
     Parameters
     ----------
     watchers
-        Who is told, in this order.
+        Who gets the reports, in this order.
     nodes
-        Of the tree, by path.
+        Nodes of the tree, by path.
     """
 
     def __init__(self, watchers: list[Watcher], nodes: Mapping[str, Node]) -> None:
@@ -41,13 +41,13 @@ class Telling:
             watcher.begin_tick(tick, time)
 
     def visit(self, root: Node) -> None:
-        """Tick a tree, and tell of each node that it comes to."""
+        """Tick a tree, and report each node that it comes to."""
         for node in root.tick():
             if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
                 self._changed(node)
 
     def interrupted(self) -> None:
-        """Tell of nodes that were running and have been interrupted since."""
+        """Report nodes that were running and have been interrupted since."""
         for path in sorted(self._running):
             node = self._nodes[path]
             if node.status is Status.INVALID:
@@ -65,7 +65,7 @@ class Telling:
             watcher.note(kind, **fields)
 
     def shield(self, errors: list[str]) -> None:
-        """From now on no watcher that breaks may hold up the safe end; what breaks goes to `errors`."""
+        """From now on no watcher that breaks may hold up the safe end; its exception goes to `errors`."""
         self.watchers = [w if isinstance(w, Careful) else Careful(w, errors) for w in self.watchers]
 
     def forget_lost(self) -> None:
@@ -73,7 +73,7 @@ class Telling:
         self._running &= self._nodes.keys()
 
     def _changed(self, node: Node) -> None:
-        """Tell when the status of a node is new, or when it ended once more: of a condition, that is asked at each tick, in another pass."""
+        """Report a new status of a node, or one more end of it; for a condition, which is asked at each tick, only in another pass."""
         counts = getattr(node, "kind", "condition") != "condition"
         begun = node.runs if counts else sum(keys.begun for keys in self._passes.get(node.path, ()))
         state = (node.status, begun)

@@ -12,13 +12,13 @@ _ROUNDING = 1e-9
 class TickGrid:
     """Deadlines on multiples of a period, and the number of the latest tick.
 
-    A run has its own. Calls on an open cell share one: what begins before the next tick is due belongs to the tick in which the one before
+    A run has its own. Calls on an open cell share one: a call that begins before the next tick is due belongs to the tick in which the one before
     ended, as the next child of a sequence does.
 
     Parameters
     ----------
     period
-        Between two ticks, s.
+        Time between two ticks, s.
     """
 
     def __init__(self, period: float) -> None:
@@ -55,7 +55,7 @@ class TickGrid:
         return self.ticks
 
     def leave(self, now: float) -> float:
-        """End a tick at a time, s, and return how late the next one is then; what was missed is not caught up with."""
+        """End a tick at a time, s, and return how late the next one is then; missed ticks are not caught up with."""
         self._slot += 1
         late = now - self.due - self._joined
         if now > self.due and self.period > 0:

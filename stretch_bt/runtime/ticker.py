@@ -32,13 +32,13 @@ class Ticker:
     Parameters
     ----------
     tree, context, clock
-        What is ticked, what its nodes share, and what it goes by.
+        The tree to tick, the context that its nodes share, and the clock of the run.
     grid
         When ticks are due.
     outcome
         Where overruns and errors are kept.
     watchers
-        Who is told.
+        Who gets the reports.
     planned
         Interrupts by the tick before which they come, in a replay.
     cuts
@@ -64,7 +64,7 @@ class Ticker:
         self.telling = Telling(watchers, tree.nodes)
         self.planned = dict(planned or {})
         self.interrupts: list[str] = []
-        #: those of them that were not planned
+        #: the interrupts that were not planned
         self.heard: list[str] = []
         #: how many interrupts there were before what goes on began: the task, or a `finally`
         self.limit = 0
@@ -90,7 +90,7 @@ class Ticker:
         return len(self.interrupts) > self.limit
 
     def _hurried(self) -> bool:
-        """Whether what goes on is to stop: it was interrupted, or is in the record as cut off."""
+        """Whether the running part is to stop: it was interrupted, or is in the record as cut off."""
         return self.interrupted or self.context.ticks in self._cuts
 
     @contextmanager
@@ -100,7 +100,7 @@ class Ticker:
             yield
 
     def break_off(self, error: BrokenOff | CutOff) -> str:
-        """Note by what a tick was broken off, and return what is told of a node that was cut off in it."""
+        """Note what broke a tick off, and return the message about a node that was cut off in it."""
         self.interrupts += self.planned.pop(self.grid.ticks + 1, ())
         cut = self._cuts.pop(self.context.ticks, "")
         if isinstance(error, CutOff):
@@ -141,7 +141,7 @@ class Ticker:
             with breakable(lambda: self.interrupted):
                 self.telling.visit(root)
         finally:
-            leave_if_forked()  # whatever broke in the child, nothing of it is told
+            leave_if_forked()  # whatever broke in the child, nothing of it is reported
             self.hearing.look()
             self.telling.interrupted()
             self._lateness()
@@ -171,17 +171,17 @@ class Ticker:
         return next((path for path in paths if path.startswith(under)), "")
 
     def _path_of(self, node: Node) -> str:
-        """Return the path of a node, or of that of the tree which ticks it."""
+        """Return the path of a node, or of the node of the tree that ticks it."""
         return next((path for path, known in self.tree.nodes.items() if known is node), "") or self.at_work()
 
     def mend(self) -> list[NodeError]:
-        """Put back what nodes lost, without which the run does not come to its end, and return what is said of them."""
+        """Put back what nodes lost, without which the run does not come to its end, and return the errors about it."""
         lost = self._as_built.mend()
         self.telling.forget_lost()
         return lost
 
     def cause(self, error: BaseException) -> BaseException:
-        """Return an error, or that of a node which lost what it is made of, so that something else of ours broke."""
+        """Return an error, or the error of a node that lost its attributes, so that something else of ours broke."""
         lost = self.mend()
         if not lost or isinstance(error, StretchError):
             self.outcome.errors += map(reason_of, lost)

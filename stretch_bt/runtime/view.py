@@ -31,7 +31,7 @@ class View(Protocol):
 
 
 class Shown(Onlooker):
-    """Tells a view of every change, and at each tick what the running nodes say they are doing.
+    """Reports every change to a view, and at each tick the reasons that the running nodes give.
 
     A view that breaks is left alone from then on: the task goes on. `errors` says why, unless its terminal is gone.
     """

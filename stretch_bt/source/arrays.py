@@ -1,7 +1,7 @@
 """Arrays of npy and npz files, of which the size is known, and bounded, before anything is unpacked.
 
-Objects are never unpickled. Of the ways to pack a zip file only those of numpy are read: a reader of the others
-cannot be told to stop.
+Objects are never unpickled. Of the ways to pack a zip file only numpy's are read: a reader of the others
+cannot be given a limit.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Array = npt.NDArray[Any]
 _HEADER = 10_000
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _HEADERS = {(1, 0): ("<H", npy.read_array_header_1_0), (2, 0): ("<I", npy.read_array_header_2_0)}
-#: what zipfile, zlib and numpy raise on files that are damaged or were made to do harm
+#: exceptions of zipfile, zlib and numpy on files that are damaged or were made to do harm
 _BROKEN = (
     ValueError,
     TypeError,

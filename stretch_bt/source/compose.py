@@ -17,13 +17,13 @@ __all__ = ["parse", "refuse"]
 MAX_NODES = 20_000
 MAX_DEPTH = 150
 _TOO_DEEP = f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees"
-#: what libyaml says of brackets that are deeper than its own bound of 1000
+#: libyaml's message about brackets that are deeper than its own bound of 1000
 _DEPTH_OF_PARSER = "maximum nesting depth"
 
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
 
-@lru_cache(maxsize=8)  # a check reads a file for its format, and again as what it is
+@lru_cache(maxsize=8)  # a check reads a file for its format, and again for its content
 def parse(text: str, file: str) -> Value:
     """Read YAML text; raises FileError with the place of the mistake."""
     try:

@@ -14,7 +14,7 @@ from stretch_bt.source.values import TRUTHS, Map, Scalar, Seq, Value, is_nothing
 __all__ = ["FILE_KINDS", "validate"]
 
 M = TypeVar("M")
-#: by how formats begin: what files are
+#: kinds of files, by the beginning of their formats
 FILE_KINDS = {
     "stretch-tree": "tree",
     "stretch-scene": "scene",
@@ -111,7 +111,7 @@ def _nothing(model: type, value: Value, loc: Sequence[str | int], path: Sequence
 
 
 def _wrong_tag(model: type, value: Value, error: Any, where: str) -> Diagnostic:
-    """Return what is said of a mapping whose kind is missing or unknown, at the place of the kind where there is one."""
+    """Return the diagnostic of a mapping whose kind is missing or unknown, at the place of the kind where there is one."""
     tag = str(error["ctx"]["discriminator"]).strip("'")
     given = value.get(tag) if isinstance(value, Map) else None
     if given is None:

@@ -10,7 +10,7 @@ from stretch_bt.source.suggest import did_you_mean
 
 __all__ = ["in_words"]
 
-#: by the beginning of the type of an error: what is wanted, and an example
+#: by the beginning of the type of an error: the wanted value, and an example
 _WANTED = {
     "bool": ("true or false", "true"),
     "int": ("a whole number", "3"),
@@ -74,7 +74,7 @@ def _counted(
 
 
 def _one_of(expected: str, error: Mapping[str, Any], given: str) -> tuple[str, str]:
-    """Return what is said of a word that is none of those expected."""
+    """Return the message about a word that is none of the expected ones, and what to write."""
     options = re.findall(r"'([^']*)'", expected)
     word = error.get("ctx", {}).get("tag", error.get("input"))
     meant = did_you_mean(word, options) if isinstance(word, str) else ""
@@ -84,7 +84,7 @@ def _one_of(expected: str, error: Mapping[str, Any], given: str) -> tuple[str, s
 
 
 def _own_words(message: str, given: str) -> tuple[str, str]:
-    """Return what a validator says, with what to write after its semicolon; of pydantic's own texts only what is wanted."""
+    """Return the message of a validator, and its text after the semicolon, which says what to write; of pydantic's only the wanted type."""
     said = re.match(r"(Value error|Assertion failed), ", message)
     if said is not None:
         message, _, hint = message[said.end() :].partition("; ")

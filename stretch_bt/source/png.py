@@ -15,7 +15,7 @@ _PIXEL = 8
 
 
 def check_png(name: str, data: bytes) -> None:
-    """Raise InvalidInput where data, those of the file `name`, are no PNG image or one that would take more than `MAX_IMAGE`.
+    """Raise InvalidInput where the data of the file `name` are no PNG image, or one that would take more than `MAX_IMAGE`.
 
     Width and height are the first fields of the first chunk (PNG specification, 11.2.1).
     """

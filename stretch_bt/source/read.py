@@ -57,7 +57,7 @@ def resolve(given: str | Path, shipped: Path, kind: str) -> Path:
 
 
 def load(path: Path, name: str | None = None, text: str | None = None) -> Map:
-    """Read a file whose top level is a mapping; `name` is what messages call it, `text` is taken for its content."""
+    """Read a file whose top level is a mapping; `name` is its name in messages, `text` is taken for its content."""
     file = name or str(path)
     value = parse(read_text(path, file) if text is None else text, file)
     if not isinstance(value, Map):

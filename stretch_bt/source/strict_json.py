@@ -1,4 +1,4 @@
-"""JSON of files from anybody: what is nested too deeply is refused like any other mistake."""
+"""JSON of files from anybody: a value nested too deeply is refused like any other mistake."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _left: ContextVar[list[int] | None] = ContextVar("left", default=None)
 
 @contextmanager
 def few_suggestions() -> Iterator[None]:
-    """Compare no more inside than a person waits for; what stands inside another one shares its bound.
+    """Compare no more inside than a person waits for; a block inside another one shares its bound.
 
     A file with thousands of mistakes and of names would take the product of both: its later mistakes get no suggestion.
     """
@@ -44,7 +44,7 @@ def _spent() -> bool:
 
 
 def _may_compare(pairs: int) -> bool:
-    """Take this many pairs of characters from what is left; where that is too little nothing is left."""
+    """Take this many pairs of characters from the remaining ones; where those are too few, none remain."""
     left = _left.get() or [MOST]
     enough = pairs <= left[0]
     left[0] = left[0] - pairs if enough else 0

@@ -22,7 +22,7 @@ LONGEST_NAME = 255
 class Bundle:
     """Files by their place relative to the folder of the sweep file, each with those that it names.
 
-    A file is named where a text of a YAML file is the path of a file relative to the folder of that file, or to that of the
+    A file is named where a text of a YAML file is the path of a file relative to the folder of that file, or to the folder of the
     sweep file: trees and modules that are imported, scenes, meshes, calibrations, models. Shipped files are not taken: a
     worker has them.
     """

@@ -15,12 +15,12 @@ from stretch_bt.sweep.job import Job, Ran
 
 __all__ = ["cluster"]
 
-#: after which a worker of this machine that died and did not come back is given up; by default one that dies again while
+#: time after which a worker of this machine that died and did not come back is given up; by default one that dies again while
 #: it begins would be, and in the end all of them
 LOST = "365 days"
-#: for what processes of this machine say to each other, on one that is busy
+#: longest wait for a message between processes of this machine, which may be busy
 PATIENCE = "5 minutes"
-#: of the processes of this machine; a worker would keep a picture of its stack of every 10 ms, for an hour
+#: settings of the processes of this machine; a worker would keep a picture of its stack of every 10 ms, for an hour
 _SETTINGS = {
     "distributed.deploy.lost-worker-timeout": LOST,
     "distributed.comm.timeouts.connect": PATIENCE,

@@ -27,7 +27,7 @@ Digests = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True)
 class _Named:
-    """A tree, a scene or a cell: what it is called, what a run takes for it, and the digests of its files."""
+    """A tree, a scene or a cell: its name, what a run takes for it, and the digests of its files."""
 
     text: str
     given: str
@@ -127,7 +127,7 @@ class Items:
 
 
 def items_of(checked: CheckedSweep) -> Items:
-    """Return the items of a sweep; raises SweepError where the file or what it names is wrong."""
+    """Return the items of a sweep; raises SweepError where the file or a file that it names is wrong."""
     return Items(checked.require())
 
 

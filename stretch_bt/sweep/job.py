@@ -19,11 +19,11 @@ class Ran:
 
 
 class Job(Protocol):
-    """What an engine runs: something that a process elsewhere can run, known by its key, which is that of its row."""
+    """What an engine runs: something that a process elsewhere can run, known by its key, which is also the key of its row."""
 
     @property
     def key(self) -> str:
-        """What tells it from all others."""
+        """Text that distinguishes it from all others."""
         ...
 
     def run(self) -> Ran:

@@ -20,12 +20,12 @@ from stretch_bt.sweep.wall_limit import WallLimit
 
 __all__ = ["run_item"]
 
-#: what a row takes over from the result of a run
+#: fields that a row takes over from the result of a run
 _FIELDS = ("outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds")
 
 
 def run_item(spec: Spec) -> Ran:
-    """Run an item, and return its row: that of whatever it came to, errors and faults included.
+    """Run an item, and return its row, whatever it came to, errors and faults included.
 
     Raises
     ------

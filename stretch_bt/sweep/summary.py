@@ -72,7 +72,7 @@ class Group:
 
     @property
     def name(self) -> str:
-        """What tells it from the other groups, on one line."""
+        """Text that distinguishes it from the other groups, on one line."""
         return ", ".join(
             [self.tree, *([self.scene] if self.scene else []), *(f"{k}={v}" for k, v in self.params.items())]
         )
@@ -92,7 +92,7 @@ class Group:
 
 @dataclass(slots=True)
 class Summary:
-    """All rows of a sweep; CPU and wall time, s, are those of the runs, without what a worker takes to begin."""
+    """All rows of a sweep; CPU and wall time, s, are the times of the runs, without the start of a worker."""
 
     items: int
     statuses: Counter[str] = field(default_factory=Counter)

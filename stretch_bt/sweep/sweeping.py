@@ -27,7 +27,7 @@ __all__ = ["Progress", "Swept", "sweep"]
 #: copy of the sweep file in its folder, and where records of its items are
 SWEEP, RECORDS = "sweep.yaml", "records"
 
-#: told of each row: how many items were run, and how many there are to run
+#: called with each row, the number of items that were run, and the number of items to run
 Progress = Callable[[dict[str, Any], int, int], None]
 
 

@@ -1,4 +1,4 @@
-"""A device that says what a test tells it to say, and remembers what it was told to do."""
+"""A device that answers by the script of a test, and remembers its commands."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ScriptedMotion:
 
 
 class ScriptedDevice:
-    """Any device interface, scripted; what it says and is told goes to the journal of its run, as with a device of a cell.
+    """Any device interface, scripted; its answers and commands go to the journal of its run, as with a device of a cell.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class ScriptedDevice:
         which the last stays: text with a unit, an SI number, or what the reading gives.
     motion
         The states of every motion, of which the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are
-        raised as what a device that is lost, or has no answer, raises; so is a DeviceFault or NoAnswer.
+        raised as the error of a device that is lost, or has no answer; so is a DeviceFault or NoAnswer.
     now
         The time, s.
     ended
@@ -110,23 +110,23 @@ class ScriptedDevice:
         self._ended = ended
         self._states = motion_states(kind, motion)
         self._sequence_number = 0
-        #: a fault that it told, after which it takes no command, as any device until it is opened again
+        #: a fault that it reported, after which it takes no command, as any device until it is opened again
         self.fault: DeviceFault | None = None
-        #: what the tree calls it
+        #: its name in the tree
         self.name = ""
         self.journal: Journal = Relay()
 
     def tell(self, name: str, journal: Journal) -> None:
-        """Tell the journal of a run of every reading and command from now on; `name` is what the tree calls the device."""
+        """Report every reading and command to the journal of a run from now on; `name` is the name of the device in the tree."""
         self.name, self.journal = name, journal
 
     def note(self, command: str, arguments: dict[str, Any], owner: str) -> None:
-        """Keep a command, and tell the run of it."""
+        """Keep a command, and report it to the run."""
         self.commands.append(Command(command, arguments, owner))
         self.journal.command(self.name, command, arguments, owner)
 
     def told(self, error: DeviceFault | NoAnswer) -> DeviceFault | NoAnswer:
-        """Return an error of the script once the run was told of it; a fault has the name that the tree has for the device."""
+        """Report an error of the script to the run, and return it; a fault has the name that the tree has for the device."""
         if isinstance(error, NoAnswer):
             self.journal.unanswered(self.name, error)
             return error

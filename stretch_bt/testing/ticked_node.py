@@ -105,7 +105,7 @@ def _same(value: Any) -> Any:
 
 
 def _written(node: Behavior, *, ended_well: bool) -> Iterator[tuple[str, Any]]:
-    """Yield what the node wrote by port; what it left out, as it may, is None where it ended well."""
+    """Yield what the node wrote by port; an optional output that it left out is None where it ended well."""
     for name, cell in node.sinks.items():
         if cell.value is not MISSING:
             yield name, cell.held()

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 __all__ = ["TickedTask"]
 
 _ENDED = {"SUCCESS": Status.SUCCESS, "FAILURE": Status.FAILURE}
-#: what a message of `until` lists of what happened, the latest
+#: number of latest events that a message of `until` lists
 _SHOWN = 12
 _ROUNDING = 1e-9  # s
 
 
 class TickedTask:
-    """A task under test: it goes on by one tick when it is told to, on a virtual clock.
+    """A task under test: it goes on by one tick at each call, on a virtual clock.
 
     It opens the simulated cell with the tree's own scene where it needs devices and is given none. When the task ends, its `finally`
     is run and the devices are stopped, in the tick that ended it; `close` does both where the test ends before the task.
@@ -144,7 +144,7 @@ class TickedTask:
 
     @property
     def ticks(self) -> int:
-        """How many ticks there were, those of `finally` among them."""
+        """Number of ticks so far, the ticks of `finally` included."""
         return self._task.context.ticks
 
     @property
@@ -216,7 +216,7 @@ class TickedTask:
 
 
 class _Changes(Onlooker):
-    """A watcher that keeps which node came to which status when, and apart those of the latest tick."""
+    """A watcher that keeps which node came to which status when, and the statuses of the latest tick by themselves."""
 
     def __init__(self) -> None:
         self.all: list[tuple[float, str, str]] = []

@@ -14,12 +14,12 @@ from stretch_bt.units import KINDS, is_number
 
 __all__ = ["motion_states", "script_values"]
 
-#: what begins a text that is raised instead of given
+#: first words of a text that is raised instead of given
 _RAISED: dict[str, Callable[[str, str], Exception]] = {
     "fault": DeviceLost,
     "no answer": lambda _, reason: NoAnswer(reason),
 }
-#: what a number stands for, by the name in a script: the reading, its unit, and how it is made
+#: meaning of a number, by the name in a script: the reading, its unit, and how it is made
 _MADE: dict[str, tuple[str, str, Callable[[float], Any]]] = {
     "force": ("wrench", "Force", lambda force: Wrench((0.0, 0.0, force))),
     "wrench": ("wrench", "Force", lambda force: Wrench((0.0, 0.0, force))),
@@ -28,7 +28,7 @@ _MADE: dict[str, tuple[str, str, Callable[[float], Any]]] = {
     "opening": ("opening", "Length", float),
     "force_noise": ("force_noise", "Force", float),
 }
-#: by the kind of a device: what its script may give
+#: by the kind of a device: readings that its script may give
 _KNOWN: dict[str, tuple[str, ...]] = {
     "Arm": ("force", "force_noise", "height", "pose", "wrench"),
     "Gripper": ("opening",),
@@ -69,7 +69,7 @@ def _has(kind: str, name: str) -> str:
 
 
 def motion_states(kind: str, states: Iterable[Any]) -> list[MotionState | DeviceFault | NoAnswer]:
-    """Return the states of a motion: given as such or by their words, what is raised as `fault: why` or `no answer: why`."""
+    """Return the states of a motion: given as such or by their words, exceptions as `fault: why` or `no answer: why`."""
     found = [_raised(kind, state) or _state(kind, state) for state in states]
     if not found:
         raise InvalidInput(f"a motion of a {kind} has at least one state; write ['moving', 'done']")

@@ -39,7 +39,7 @@ class Behavior(py_trees.behaviour.Behaviour):
     ports: ClassVar[dict[str, Port]] = {}
     #: bits of the ports that each SUCCESS must have written; bits cost a tick less than a set
     owed: int = 0
-    #: outputs whose present value is not of what the truth of their port tells, as a height that is not in the world
+    #: outputs whose present value is another quantity than the truth of their port, as a height that is not in the world
     untold: frozenset[str] = frozenset()
     kind: ClassVar[str] = "action"
     #: whether it ends in the tick in which it starts

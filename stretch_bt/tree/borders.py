@@ -10,7 +10,7 @@ from stretch_bt.tree.heading_reader import HeadingReader
 __all__ = ["FRAME", "Borders"]
 
 FRAME = ("in", "inout", "out", "keys", "doc", "guard", "finally")
-#: what people write for the words of FRAME
+#: words that people write for the words of FRAME
 FRAME_WORDS = {
     **dict.fromkeys(("ins", "input", "inputs"), "in"),
     **dict.fromkeys(("outs", "output", "outputs"), "out"),
@@ -19,7 +19,7 @@ FRAME_WORDS = {
 
 
 class Borders(HeadingReader):
-    """Reads the borders of trees; what a name is declared as, `declarations` reads."""
+    """Reads the borders of trees; `declarations` reads the declaration of a name."""
 
     def __init__(self, doc: Document, declarations: Declarations) -> None:
         super().__init__(doc)

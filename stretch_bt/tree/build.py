@@ -186,7 +186,7 @@ class Builder:
         return node
 
     def outputs(self, part: Part) -> dict[str, tuple[Cell, Type]]:
-        """Return the cells that a part writes, by port, or by key where it has none; what the tree does not take goes nowhere."""
+        """Return the cells that a part writes, by port, or by key where it has none; an output that the tree does not take goes nowhere."""
         if isinstance(part, Leaf):
             types, keys = part.info.outputs | part.info.inouts, part.outputs | part.inouts
         elif isinstance(part, Call):
@@ -231,12 +231,12 @@ class Builder:
         return bind(wire.expression, self)
 
     def thunk_or_none(self, wire: Wire) -> Callable[[], Any]:
-        """Return what gives the value of a wire, and None where it is a name as it is that holds nothing."""
+        """Return a function that gives the value of a wire, or None where the wire is only a name that holds nothing."""
         thunk = self.thunk(wire)
         return present(thunk, None, (Absent,)) if isinstance(wire.source, Name) and not wire.is_constant else thunk
 
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
-        """Return what reads a name of the present tree, and the attributes left to follow."""
+        """Return a function that reads a name of the present tree, and the attributes left to follow."""
         symbol = self.frame.scope.resolve(parts)
         rest = parts[symbol.used :]
         context = self.context
@@ -299,12 +299,12 @@ class Builder:
         return node
 
     def port(self, part: Leaf, declared: Port) -> Callable[[], Any]:
-        """Return what reads an input port; a list is read as the node's own, which changes no key, param or default."""
+        """Return a function that reads an input port; a list is the node's own, so that it changes no key, param or default."""
         read = self._fed(part, declared)
         return read if part.info.types[declared.name].item is None else lambda: copy(read())
 
     def _fed(self, part: Leaf, declared: Port) -> Callable[[], Any]:
-        """Return what gives an input what it is wired to, else the error of what its quantity is wired to, else its default."""
+        """Return a function that gives an input its wired value, else the error of its quantity's wired value, else its default."""
         default, wire = declared.default, part.inputs.get(declared.name)
         quantity = part.inputs.get(declared.name.removesuffix("_sd")) if declared.name.endswith("_sd") else None
         if wire is None and quantity is not None and (error := self.error_of(quantity)) is not None:

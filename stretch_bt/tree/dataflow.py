@@ -58,7 +58,7 @@ class DataFlow:
                     self.diagnostics.append(self._beside(name, mark) if name in beside else self._unset(name, mark))
 
     def read_over(self, inouts: Mapping[str, tuple[str, Mark]], optional: Container[str], known: Known) -> None:
-        """Note each key that is read and written over, as one that is read; what is optional may be unset."""
+        """Note each key that is read and written over, as one that is read; an optional one may be unset."""
         for name, (key, mark) in inouts.items():
             self.read((Wire(mark, reads=((key, mark),), optional=name in optional),), known)
 

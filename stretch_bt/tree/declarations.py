@@ -16,7 +16,7 @@ from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys", "wrong_unit"]
 
-#: what a scene tells of an object beside what nodes measure
+#: what a scene knows of an object beside the measurements of nodes
 OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
 FIELDS = ("type", "default", "min", "max", "unit", "doc")
 
@@ -53,7 +53,7 @@ class Declarations:
         return self._objects()
 
     def read(self, key: Scalar, spec: Value, what: str, more: tuple[str, ...] = ()) -> Declared:
-        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`, and what else it may have; a wrong type is taken for any type."""
+        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`, and its further fields; a wrong type is taken for any type."""
         if isinstance(spec, Map):
             spec = known_keys(spec, (*FIELDS, *more), f"a {what}", self.found)
             type_value = spec.get("type")
@@ -81,7 +81,7 @@ class Declarations:
         return " ".join(value.text.split())
 
     def of_values(self, key: Scalar, spec: Map, what: str) -> Type:
-        """Return the type that default and bounds have by themselves; without any, what writes or reads a key gives it one."""
+        """Return the type that default and bounds have by themselves; without any, the writers or readers of a key give it one."""
         given = {name: value for name in ("default", "min", "max") if (value := spec.get(name)) is not None}
         types = {name: UNKNOWN if is_none(value) else literal_type(value) for name, value in given.items()}
         found: Type | None = UNKNOWN
@@ -165,7 +165,7 @@ class Declarations:
         made.scene = value.value
         if made.scene and made.name not in OF_SCENE:
             hint = did_you_mean(made.name, OF_SCENE) or f"known: {', '.join(OF_SCENE)}"
-            refuse(made.mark, "name-unknown", f"no scene tells {made.name!r}", hint)
+            refuse(made.mark, "name-unknown", f"no scene gives {made.name!r}", hint)
         if made.scene and not made.type.is_number:
             refuse(
                 value.mark,
@@ -183,7 +183,7 @@ class Declarations:
 
 
 def wrong_unit(made: Declared) -> Diagnostic | None:
-    """Return what is wrong with the unit in which a name of known type is to be shown, and forget it; None where it fits."""
+    """Return the mistake in the unit in which a name of known type is to be shown, and forget the unit; None where it fits."""
     if made.unit is None or made.unit_mark is None or made.type in (ANY, UNKNOWN):
         return None
     with suppress(InvalidInput):

@@ -16,7 +16,7 @@ from stretch_bt.tree.types import unaliased
 
 __all__ = ["NAME", "PortError", "RegistryError", "declared_ports"]
 
-#: what a port may be called
+#: names that a port may have
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 

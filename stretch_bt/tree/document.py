@@ -25,7 +25,7 @@ TICK = 0.05
 
 @dataclass(slots=True)
 class Declared:
-    """A declared name: an input, an output or a key of a tree. `unit` is what an output is shown in.
+    """A declared name: an input, an output or a key of a tree. `unit` is the unit in which an output is shown.
 
     `scene` marks an output of a task that no node writes: the scene alone knows it, and on a robot it is absent.
     """
@@ -39,11 +39,11 @@ class Declared:
     unit_mark: Mark | None = None
     min: float | None = None
     max: float | None = None
-    #: bounds that the file itself gives it, beside those of the ports that an input reaches
+    #: bounds that the file itself gives it, beside the bounds of the ports that an input reaches
     own_bounds: tuple[float | None, float | None] = (None, None)
     doc: str = ""
     scene: bool = False
-    doubtful: bool = False  # whether what is declared is wrong, which was noted
+    doubtful: bool = False  # whether its declaration is wrong, which was noted
     #: whether it is a bare name of a list, whose type, bounds and default follow from the ports that it reaches
     listed: bool = False
     may_be_absent: bool = False  # an input: each port that it reaches keeps its own default where no caller gives it
@@ -124,7 +124,7 @@ class Document:
     imports: dict[str, Document] = field(default_factory=dict)
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
-    modules: dict[str, str] = field(default_factory=dict)  # what is imported of Python, by the name under which it is
+    modules: dict[str, str] = field(default_factory=dict)  # imported Python modules, by their names in the file
     classes: dict[str, NodeInfo] = field(
         default_factory=dict
     )  # nodes of classes, by the name that the file has for them
@@ -170,7 +170,7 @@ class Document:
         return self.variants[key]
 
     def hand_down(self, devices: dict[str, DeviceDecl]) -> None:
-        """Give a file that declares no devices those of the file that imports it."""
+        """Give a file that declares no devices the devices of the file that imports it."""
         if not self.declares_devices:
             self.devices = devices
         for imported in self.inner:

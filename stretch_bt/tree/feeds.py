@@ -102,7 +102,7 @@ def present(
 
 
 def carried(error: Callable[[], float | None], default: Any, name: str) -> Callable[[], Any]:
-    """Return what gives the error of a value, and the default of the port where there is none."""
+    """Return a function that gives the error of a value, and the default of the port where there is none."""
 
     def read() -> Any:
         sd = error()
@@ -124,7 +124,7 @@ def error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
 
 
 def bounded(thunk: Callable[[], Any], check: Callable[[Any], None]) -> Callable[[], Any]:
-    """Hold what is not known at load against bounds; what reads it fails where it is outside."""
+    """Hold a value that is not known at load against bounds; its reader fails where it is outside."""
 
     def read() -> Any:
         value = thunk()

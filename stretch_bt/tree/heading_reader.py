@@ -24,7 +24,7 @@ class HeadingReader:
         self.doc.diagnostics.append(mark.error(code, message, hint))
 
     def entries(self, value: Value | None, what: str) -> list[tuple[Scalar, Value]]:
-        """Return the entries of a mapping; none of what is left out, or is something else."""
+        """Return the entries of a mapping; none where it is left out, or is something else."""
         if value is None or (isinstance(value, Scalar) and value.value is None):
             return []
         if not isinstance(value, Map):

@@ -110,7 +110,7 @@ class _Headings(HeadingReader):
         return _Headings(path, name, overrides, prefix, self.stack, self.count, self.modules).read()
 
     def devices_alone(self) -> dict[str, DeviceDecl]:
-        """Return what a library finds where it is checked by itself: one device of each kind, called as the ports of nodes are."""
+        """Return the devices of a library that is checked by itself: one device of each kind, called as the ports of nodes are."""
         mark = self.doc.root.mark
         names = {re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower(): kind for kind in INTERFACES}
         names["camera"] = names.pop("depth_camera")

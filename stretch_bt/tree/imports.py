@@ -38,11 +38,11 @@ class Imports(HeadingReader):
     doc
         The file.
     overrides
-        Values of params, those of imported files as `name.param`.
+        Values of params; the params of imported files as `name.param`.
     stack
         The files that are being read, the outermost first.
     count
-        Of the files imported so far, by all of them together.
+        Number of the files imported so far, by all of them together.
     modules
         Where modules may stand.
     read

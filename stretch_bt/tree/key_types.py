@@ -23,7 +23,7 @@ _ROUNDS = 50  # a chain of keys, each set from the one before, is as long as tha
 
 @dataclass(slots=True)
 class KeyWriter:
-    """A place that writes a key: of a type, or of that of a value; `item` takes the items of it, `each` makes a list of it."""
+    """A place that writes a key: of a type, or of the type of a value; `item` takes the items of it, `each` makes a list of it."""
 
     key: str
     mark: Mark
@@ -34,12 +34,12 @@ class KeyWriter:
 
 
 class KeyTypes:
-    """Gives the keys of a tree without a type that which all their writers share.
+    """Gives each key of a tree without a type the type that all its writers share.
 
     Parameters
     ----------
     writers
-        Of all keys of the tree.
+        Writers of all keys of the tree.
     known
         Names of keys whose type is declared.
     """
@@ -77,7 +77,7 @@ class KeyTypes:
         type_ = self.type_of(writer)
         if declared is None or type_ is None or type_ is ANY:
             return False
-        if NONE in (declared.type, type_):  # what is never there has the type of whatever else is
+        if NONE in (declared.type, type_):  # a value that is never there takes the type of the other one
             wider: Type | None = declared.type if type_ is NONE and declared.type is not UNKNOWN else type_
         else:
             wider = joined(declared.type, type_)
@@ -130,7 +130,7 @@ class KeyTypes:
                 self.scope.resolve((name,)) for name in read if name not in ("task", *self.signature.document.devices)
             ]
             if known and all(symbol.type not in (ANY, UNKNOWN) for symbol in known):
-                return  # what is wrong with it is noted at its place
+                return  # its mistake is noted at its place
             written = {w.key for w in self.writers}
             without = [symbol for symbol in known if symbol.type in (ANY, UNKNOWN)]
             noted = any(symbol.origin is not Origin.KEY or symbol.name not in written for symbol in without)

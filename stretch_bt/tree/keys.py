@@ -1,6 +1,6 @@
-"""The types of names that a tree does not declare: a key has that of what writes it, an input that of the ports it reaches.
+"""The types of names that a tree does not declare: a key has the type of its writers, an input the type of the ports it reaches.
 
-Nodes and calls give their outputs a type at once; a `set`, a `for_each` and a `collect` that of an expression.
+Nodes and calls give their outputs a type at once; a `set`, a `for_each` and a `collect` give the type of an expression.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["is_construct", "settle_types"]
 
 _KEY = re.compile(r"\$?([A-Za-z_]\w*)", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
-#: that mean something else in expressions
+#: words that mean something else in expressions
 _WORDS = ("task", "none", "true", "false", "and", "or", "not")
 _LOOPS = ("for_each", "repeat", "until")
 
@@ -37,7 +37,7 @@ def is_construct(word: str) -> bool:
 
 
 def settle_types(signature: Signature) -> list[Diagnostic]:
-    """Give every input, output and key of a tree its type, after those of the trees that it calls; once for each tree."""
+    """Give every input, output and key of a tree its type, after the names of the trees that it calls; once for each tree."""
     if signature.settled:
         return []
     signature.settled = True
@@ -67,7 +67,7 @@ class _Keys:
         return [*self.found, *types.settle(every)]
 
     def keys_of_loops(self) -> None:
-        """Take the keys that loops declare for themselves among those of the tree."""
+        """Add the keys that loops declare for themselves to the keys of the tree."""
         declarations = Declarations(partial(registry.object_types, self.document.classes.values()), self.found)
         for place in self.places:
             own = place.given.get("keys") if place.word.text in _LOOPS else None
@@ -82,7 +82,7 @@ class _Keys:
     # --- inputs
 
     def inputs(self) -> None:
-        """Give each input without a type that of the ports which it reaches, and their bounds."""
+        """Give each input without a type the type of the ports that it reaches, and give each input their bounds."""
         for declared in (*self.signature.ins.values(), *self.signature.inouts.values()):
             reached = [port for place in self.places for port in self.ports.reached(place, declared.name)]
             if declared.type is UNKNOWN:
@@ -97,9 +97,9 @@ class _Keys:
     def take_type(self, declared: Declared, reached: list[PlacePort]) -> None:
         types = [port.type for port in reached if port.type is not UNKNOWN]
         if not types and declared.name in self.signature.inouts:
-            return  # what writes it tells
+            return  # its writer gives the type
         if not types:
-            message = f"no port tells the type of the input {declared.name!r}"
+            message = f"no port gives the type of the input {declared.name!r}"
             hint = f"write '{declared.name}: {{type: Length}}', or give it a default"
             self.found.append(declared.mark.error("type-missing", message, hint))
             declared.type, declared.doubtful = ANY, True
@@ -110,7 +110,7 @@ class _Keys:
             self.found.append(declared.mark.error("type-mismatch", message, "use two inputs"))
             declared.type, declared.doubtful = ANY, True
             return
-        # the narrower of two that meet: what it takes, both take
+        # the narrower of two that meet: both take its values
         declared.type = next((t for t in types if all(u.accepts(t) for u in types)), types[0])
 
     # --- keys
@@ -210,7 +210,7 @@ class _Keys:
         return declared is None or declared.type is UNKNOWN or declared.type.accepts(type_)
 
     def written(self, writers: list[KeyWriter]) -> tuple[list[KeyWriter], set[str]]:
-        """Take what is written among the keys of the tree; return the writers and the names whose type is declared."""
+        """Add the names that are written to the keys of the tree; return the writers and the names whose type is declared."""
         tables = (self.signature.inouts, self.signature.outs, self.signature.keys)
         known = {name for table in tables for name, declared in table.items() if declared.type is not UNKNOWN}
         for writer in writers:
@@ -220,7 +220,7 @@ class _Keys:
         return writers, known
 
     def check_name(self, writer: KeyWriter) -> None:
-        """Note a key that has the name of something else; an input may have that of a param, which it then hides."""
+        """Note a key that has the name of something else; an input may have the name of a param, which it then hides."""
         name, param = writer.key, self.document.params.get(writer.key)
         if name in self.signature.ins or name in self.clashes:
             return
@@ -242,7 +242,7 @@ def _needed(written_over: bool, reached: list[PlacePort]) -> bool:
 
 
 def _named(key: Value | None, type_: Type | None = None, items: Value | None = None) -> Iterator[KeyWriter]:
-    """Yield the writer of the key that a value names, of a type or of that of the items of a list."""
+    """Yield the writer of the key that a value names, of a type or of the type of the items of a list."""
     match = _KEY.fullmatch(key.text) if isinstance(key, Scalar) else None
     if match is not None and isinstance(key, Scalar):
         yield KeyWriter(match[1], key.mark, type_, items, item=items is not None)

@@ -66,14 +66,14 @@ class _LostErrors:
         return list(dict.fromkeys(".".join(name.parts) for name in names(wire.expression) if self._has_error(name)))
 
     def _asked(self) -> set[str]:
-        """Return the keys whose error somebody may look for: what the tree gives, and what goes to a port beside which an error may stand."""
+        """Return the keys whose error somebody may look for: outputs of the tree, and keys for a port beside which an error may stand."""
         outs = {out.name for out in self.signature.outs.values() if out.type.family in _MEASURED}
         wires = [wire for leaf in self.leaves for name, wire in leaf.inputs.items() if self._asks(leaf, name)]
         return outs | {key for wire in wires for key, _ in wire.reads}
 
     @staticmethod
     def _asks(leaf: Leaf, name: str) -> bool:
-        """Whether a node has a port for the error of what goes to this one, which nothing is wired to."""
+        """Whether a node has a port for the error of this port's value, which nothing is wired to."""
         return f"{name}_sd" in leaf.info.ports and f"{name}_sd" not in leaf.inputs
 
     def _carrying(self, calls: list[Call]) -> set[str]:

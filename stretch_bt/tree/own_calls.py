@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 __all__ = ["OwnCall", "calls_own", "find_own_call", "ticks_own"]
 
 _PACKAGE = str(Path(__file__).resolve().parent.parent) + "/"
-#: of the functions that call a node, and of those that begin a tick or an end of one
+#: code of the functions that call a node, and of the functions that begin a tick or an end of one
 _callers: set[CodeType] = set()
 _ticks: set[CodeType] = set()
 

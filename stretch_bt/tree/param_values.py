@@ -66,7 +66,7 @@ def _unknown(doc: Document, name: str) -> None:
 
 
 def _given(text: Any, type_: Type, mark: Mark) -> Value:
-    """Return what is set as a value of a file; only a list is written in YAML."""
+    """Return a set value as a value of a file; only a list is written in YAML."""
     written = _written(text, type_)
     if type_.family is Family.LIST:
         return _moved(parse(written, "--set"), mark)
@@ -74,7 +74,7 @@ def _given(text: Any, type_: Type, mark: Mark) -> Value:
 
 
 def _written(value: Any, type_: Type) -> str:
-    """Return what is set as a file would have it; numbers given from Python are SI."""
+    """Return a set value as the text in a file; numbers given from Python are SI."""
     value = plain_list(plain_number(value))
     if isinstance(value, str):
         return value

@@ -11,7 +11,7 @@ __all__ = ["Paths"]
 
 
 class Paths:
-    """Gives paths from the root down; same labels in one place are told apart by [0], [1] ..."""
+    """Gives paths from the root down; same labels in one place are distinguished by [0], [1] ..."""
 
     def __init__(self) -> None:
         self._tables: dict[str, dict[int, str]] = {}

@@ -1,4 +1,4 @@
-"""The ports of what stands at a place of a tree, a node or a tree that is called, before any of them is wired."""
+"""The ports of a node, or of a tree that is called, at a place of a tree, before any of them is wired."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def _of_node(info: NodeInfo) -> Ports:
 
 
 class PlacePorts:
-    """Finds the ports of places of one file; those of nodes once each, since most stand at many places."""
+    """Finds the ports of places of one file; the ports of each node once, since most nodes stand at many places."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         self.nodes: dict[str, Ports] = {}
 
     def at(self, place: Place) -> Ports:
-        """Return what a place is given and gives."""
+        """Return the ports of a place."""
         word = place.word.text
         target = self.document.tree(word)
         if target is not None:
@@ -79,7 +79,7 @@ class PlacePorts:
 
 
 def _is_just(value: Value, name: str, type_: Type) -> bool:
-    """Whether what a port is given is a name as it is, `$x` or `x`; where text is wanted, `x` is that text."""
+    """Whether the value given to a port is a name as it is, `$x` or `x`; where text is wanted, `x` is that text."""
     if not isinstance(value, Scalar):
         return False
     return value.text == f"${name}" or (value.text == name and type_.family not in (Family.STR, Family.ENUM))

@@ -23,7 +23,7 @@ class Place:
 
 
 def places(value: Value, is_construct: Callable[[str], bool]) -> Iterator[Place]:
-    """Yield every place of a body, in the order of the file; what is written wrongly is passed over."""
+    """Yield every place of a body, in the order of the file; mistakes are passed over."""
     if isinstance(value, Seq):
         for item in value.items:
             yield from places(item, is_construct)

@@ -96,7 +96,7 @@ class Port:
 
     @property
     def doc(self) -> str:
-        """What it is for: as it was told, or as the comment on the line of its annotation says."""
+        """Its purpose: the text that it was given, or the comment on the line of its annotation."""
         return self.told or (comments_of(self.owner).get(self.name, "") if self.owner else "")
 
     @property
@@ -113,7 +113,7 @@ class Port:
         return self.role in (Role.OUTPUT, Role.INOUT)
 
     def check(self, beside: Mapping[str, Port]) -> PortCheck:
-        """Return what its values must be; a deviation `x_sd` beside a port `x` is not negative."""
+        """Return the check of its values; a deviation `x_sd` beside a port `x` is not negative."""
         low = self.min
         if self.name.endswith("_sd") and self.name.removesuffix("_sd") in beside and low is None:
             low = 0.0

@@ -144,7 +144,7 @@ class _Checker:
         return [document for document in found if all(document is not other for other in known)]
 
     def at_calls(self) -> None:
-        """Put what is wrong inside a shipped tree to where it is called: there it can be mended, as by a device that is missing."""
+        """Move the mistakes inside a shipped tree to the call of that tree: there they can be mended, as by a device that is missing."""
         for document in _documents(self.document):
             for shared in {id(shared): shared for shared in document.shared.values()}.values():
                 inside = [d for d in self.found if d.file == shared.file]

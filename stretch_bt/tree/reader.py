@@ -23,7 +23,7 @@ __all__ = ["Reader"]
 #: words of a node that stand beside it, with where they are and what they are given
 Words = dict[str, tuple[Scalar, Value]]
 
-#: constructs in which a reserved word belongs to what stands inside: a key to be set, a node whose result is changed
+#: constructs in which a reserved word belongs to the thing inside: a key to be set, a node whose result is changed
 _OWN_WORDS = ("set", "invert", "force_success", "force_failure")
 #: constructs in whose braces a name may stand
 _CONDITIONS = ("check", "guard")
@@ -107,7 +107,7 @@ class Reader(NodeWiring):
         return Map(tuple(pairs), value.mark)
 
     def strange_words(self, pairs: list[tuple[Scalar, Value]], taken: list[str]) -> None:
-        """Note what stands beside a node and is neither a reserved word nor a node."""
+        """Note words beside a node that are neither reserved words nor nodes."""
         for key, value in pairs:
             guess = closest(key.text, [word for word in RESERVED if word not in taken])
             hint = f"did you mean {guess!r}?" if guess else "indent it further if it is a port; else begin it with '- '"
@@ -159,15 +159,15 @@ class Reader(NodeWiring):
             self.error(inner.mark, "retired", message, hint)
 
     def is_known(self, name: str) -> bool:
-        """Whether a name is that of a construct, a tree or a node."""
+        """Whether a name is the name of a construct, a tree or a node."""
         return name in CONSTRUCTS or name == "run" or bool(self.document.tree(name) or self.node(name))
 
     def kind(self, key: Scalar, given: Value) -> Part:
-        """Find out what a name is, and read it."""
+        """Find out the kind of a name, and read it."""
         return self.known_kind(key, given) or self.broken(key, given)
 
     def known_kind(self, key: Scalar, given: Value) -> Part | None:
-        """Read what a name is; None, with an error, when it cannot be read."""
+        """Read a name of a known kind; None, with an error, when it cannot be read."""
         construct = CONSTRUCTS.get(key.text)
         if construct is not None:
             return construct.read(self, key.mark, given)  # type: ignore[attr-defined, no-any-return]

@@ -1,4 +1,4 @@
-"""The nodes that tree files may name: those of this package, of installed packages, and of imported modules."""
+"""The nodes that tree files may name: the nodes of this package, of installed packages, and of imported modules."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ __all__ = [
 ]
 
 GROUP = "stretch_bt.nodes"
-#: by name, because the node library stands above this module
+#: name of the node library, which stands above this module
 BUILTIN = "stretch_bt.behaviors"
 
 #: words that a tree may put beside the ports of any node
@@ -55,14 +55,14 @@ RESERVED = ("name", "doc", "timeout", "retry", "guard", "skip_if", "finally", "l
 #: such words of older files, and how they are spelt now
 RETIRED = {"while": "guard"}
 
-#: what a tick or a run calls of a node and does not wait for
+#: methods of a node that a tick or a run calls and does not wait for
 _METHODS = ("prepare", "initialise", "update", "terminate")
-#: what no node may override, and what it overrides instead
+#: methods that no node may override, and the method to override instead
 _KEPT = {"tick": "update()", "stop": "terminate()"}
 _OF_MOTION = ("start", "watch", "arrived")  # of a node that moves, which its base class has
 
 B = TypeVar("B", bound=type[Behavior])
-#: what `@node()` gives, which is refused when it is executed
+#: result of `@node()`, which is refused when it is executed
 _NO_CLASS: Any = None
 
 
@@ -228,7 +228,7 @@ def _port_types(cls: type[Behavior]) -> dict[str, Type]:
 
 @cache
 def _library() -> frozenset[str]:
-    """Return the names of the modules of the node library; that of a node has its name."""
+    """Return the names of the modules of the node library; the module of a node has the node's name."""
     package = find_spec(BUILTIN)
     places = package.submodule_search_locations if package is not None else None
     return frozenset(module.name for module in iter_modules(places) if not module.name.startswith("_"))
@@ -283,7 +283,7 @@ def find(name: str, modules: Container[str]) -> NodeInfo | None:
 
 
 def object_types(more: Iterable[NodeInfo] = ()) -> dict[str, type]:
-    """Return the classes that ports carry, of `more` nodes than those of the registry, by the name that files use for them."""
+    """Return the classes that ports carry, of the nodes of the registry and of `more`, by the name that files use for them."""
     found: dict[str, type] = {}
 
     def add(type_: Type) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["new_node", "renamed"]
 
-#: by the old name of a node: what to write now
+#: by the old name of a node: the text to write now
 _NODES = {
     "detect_hanging": "it is 'detect_adhesion' now, which gives 'adhering'",
     "next_state": "'plan_protocol' lists the presses that are left; go through them with 'for_each'",
@@ -25,7 +25,7 @@ _PARAMS = {
 
 
 def renamed(tree: str, param: str) -> str | None:
-    """Return what a param of a shipped tree is called now, or None where it never had another name."""
+    """Return the present name of a param of a shipped tree, or None where it never had another name."""
     return _PARAMS.get(tree, {}).get(param)
 
 

@@ -214,7 +214,7 @@ def _shortened(text: str) -> str:
 
 
 def _has_ports(word: str) -> bool:
-    """Whether a word is that of a node or a tree: no construct, heading or field."""
+    """Whether a word names a node or a tree: no construct, heading or field."""
     from stretch_bt.tree.flow import CONSTRUCTS
 
     return word not in (*CONSTRUCTS, *_WORDS, *_HEADINGS, *_NO_PORTS) or word == "with"

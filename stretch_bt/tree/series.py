@@ -12,7 +12,7 @@ from stretch_bt.units import Estimate
 
 __all__ = ["LIST_FUNCTIONS", "Series"]
 
-_OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over that of the mean, of many normal values
+_OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over the mean's, of many normal values
 
 
 class Series(list[Any]):
@@ -88,7 +88,7 @@ def _sort(values: Sequence[float]) -> Series:
     return Series([values[i] for i in order], [sds[i] for i in order])
 
 
-#: by name, of one list; `at` takes an index too
+#: functions of one list, by name; `at` takes an index too
 LIST_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "mean": _mean,
     "median": _median,

@@ -65,6 +65,6 @@ def _entry(declared: Declared, name: str, required: bool) -> dict[str, Any]:
 
 
 def _doc(declared: Declared) -> str:
-    """Return what a name is for, as its file or a port that it reaches says."""
+    """Return the purpose of a name, as its file or a port that it reaches says."""
     reached = (port.doc if isinstance(port, Port) else _doc(port) for port in declared.reaches)
     return declared.doc or next((doc for doc in reached if doc), "")

@@ -62,10 +62,10 @@ class _OutputSlot:
             node.sinks[self.name].write(value, node.path)
 
     def judge(self, node: Behavior, value: Any) -> None:
-        """Write what is not plainly right: as it is to be kept, or raise NodeError; None leaves the key without a value."""
+        """Write a value that is not plainly right, in the form to be kept, or raise NodeError; None leaves the key without a value."""
         if get_ident() != node.ticked_by:
             hint = "keep what it found in an attribute of the node, and write it in update()"
-            raise NodeError(node.path, f"wrote {self.name!r} in another thread than that of the tree; {hint}")
+            raise NodeError(node.path, f"wrote {self.name!r} in another thread than the tree's; {hint}")
         try:
             kept = self.check.judge(value)
         except InvalidInput as error:

@@ -71,7 +71,7 @@ class _Structure:
         if made.depth > MAX_DEPTH and made.deepest is not None:
             self.too_deep(made.deepest)
         if made.nodes > MAX_NODES:
-            message = f"tree {body.signature.name!r} has more than {MAX_NODES} nodes, those of its calls included"
+            message = f"tree {body.signature.name!r} has more than {MAX_NODES} nodes, the nodes of its calls included"
             self.once(body.signature.mark.error("size", message, "call fewer trees, or use a loop"))
         return made
 

@@ -72,7 +72,7 @@ class _SweepFile(_Model):
     """A sweep file."""
 
     format: Literal["stretch-sweep/1"]
-    doc: str = Field(default="", description="what the sweep is to show")
+    doc: str = Field(default="", description="purpose of the sweep")
     tree: _Names = Field(
         examples=["palpate_stiffness"],
         description="a tree file relative to this one, the name of a shipped tree, or a list of them",
@@ -90,19 +90,19 @@ class _SweepFile(_Model):
     seeds: Annotated[_Seeds, BeforeValidator(_counted), WithJsonSchema(_SEEDS)] = Field(
         default=_Seeds(count=1),
         examples=[6],
-        description="how many seeds from 0 on, or `{from: 10, count: 50}`",
+        description="number of seeds from 0 on, or `{from: 10, count: 50}`",
         validate_default=False,
     )
     set: dict[str, _Choices] = Field(
         default={}, description="params of the trees: one value, or a list; each combination is run"
     )
     tolerance: Tolerance | None = Field(
-        default=None, description="what `effects: auto` goes by, instead of the scene's"
+        default=None, description="tolerance that `effects: auto` goes by, instead of the scene's"
     )
     limit: Annotated[Time, Within(0.001, 1e7, "Time")] | None = Field(
         default=None, description="wall time of an item, after which it is stopped at its next tick and is `timed_out`"
     )
-    record: Literal["full", "events", "none"] = Field(default="none", description="what is kept of each run")
+    record: Literal["full", "events", "none"] = Field(default="none", description="part of each run that is kept")
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,11 +60,11 @@ class Type:
     options: tuple[str, ...] = ()
     item: Type | None = None
     cls: type | None = None
-    #: what the options stand for, where they are no text, as in `Literal[1, 2]`
+    #: values of the options, where they are no text, as in `Literal[1, 2]`
     members: tuple[Any, ...] = ()
 
     def member(self, option: str) -> Any:
-        """Return what one of the options stands for."""
+        """Return the value of one of the options."""
         return self.members[self.options.index(option)] if self.members else option
 
     def __str__(self) -> str:
@@ -109,9 +109,9 @@ INT = Type("int", Family.INT)
 FLOAT = Type("float", Family.FLOAT)
 STR = Type("str", Family.STR)
 ANY = Type("any", Family.ANY)
-#: of the word for absence, which no type but itself takes
+#: type of the word for absence, which no type but itself takes
 NONE = Type("none", Family.NONE)
-#: of a name whose type follows from what writes or reads it
+#: type of a name whose type follows from its writers or readers
 UNKNOWN = Type("unknown", Family.ANY)
 _OPTION = re.compile(r"[a-z]\w*")
 _PLAIN: dict[Any, Type] = {bool: BOOL, int: INT, float: FLOAT, str: STR}

@@ -27,7 +27,7 @@ _LITERAL = re.compile(
     re.IGNORECASE,
 )
 
-#: what is no number and yet has a unit, which says what the number would be
+#: text that is no number and yet has a unit, from which the quantity is known
 _NO_NUMBER = re.compile(r"\s*[-+]?\.?(?:nan|inf|infinity)\s*([^\W\d_]\S*)\s*", re.IGNORECASE)
 
 __all__ = [
@@ -47,7 +47,7 @@ __all__ = [
 
 
 class Refused(StretchError):
-    """A piece of a file is wrong; `.diagnostic` says where and why, and `.others` what else is wrong in it."""
+    """A piece of a file is wrong; `.diagnostic` says where and why, and `.others` are further mistakes in it."""
 
     def __init__(self, diagnostic: Diagnostic, *others: Diagnostic) -> None:
         self.diagnostic = diagnostic
@@ -77,7 +77,7 @@ def is_none(value: Value) -> bool:
 def literal_type(value: Value, of: Callable[[Scalar], Type | None] = lambda _: None) -> Type:
     """Return the type that a literal has by itself: `10 mm` a Length, `3` an int, `[1, 2]` a list of ints.
 
-    The items of a list that do not go together take that of the first quantity among them, or else number, so that the others are
+    The items of a list that do not go together take the type of the first quantity among them, or else number, so that the others are
     refused at their places. `of` gives the type of a scalar that is no literal, and None of any other.
     """
     if isinstance(value, Seq):
@@ -234,7 +234,7 @@ def check_bounds(value: Any, type_: Type, low: float | None, high: float | None,
 
 
 def _allowed(value: float, type_: Type, low: float | None, high: float | None) -> str:
-    """Return what to write for a number that is out of its bounds; no time at all is what nobody wants who wrote one."""
+    """Return what to write for a number that is out of its bounds; whoever wrote a time wants one above 0."""
     nearest = _nearest(value, low, high)
     if type_.dimension == KINDS["Time"].dimension and low == 0 and high is None:
         return f"write a time above 0, as in {_show(-value, type_, _digits(value, nearest, type_))!r}"
@@ -247,7 +247,7 @@ def within(value: float, low: float | None, high: float | None) -> bool:
 
 
 def outside(value: float, type_: Type, low: float | None, high: float | None) -> str:
-    """Return what is said of a number that is out of its bounds: `50 mm is outside 0 mm to 30 mm`, or `-1 s is below 0 s`."""
+    """Return the message about a number that is out of its bounds: `50 mm is outside 0 mm to 30 mm`, or `-1 s is below 0 s`."""
     digits = _digits(value, _nearest(value, low, high), type_)
     given = _show(value, type_, digits)
     if low is not None and high is not None:
@@ -262,7 +262,7 @@ def _nearest(value: float, low: float | None, high: float | None) -> float:
 
 
 def _digits(value: float, nearest: float, type_: Type) -> int:
-    """Return how many digits tell a number from its bound."""
+    """Return how many digits distinguish a number from its bound."""
     return next((d for d in range(4, 16) if _show(value, type_, d) != _show(nearest, type_, d)), 16)
 
 

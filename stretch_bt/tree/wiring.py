@@ -92,7 +92,7 @@ class Wiring:
         return meant
 
     def full(self, key: Scalar, value: Value) -> Value | None:
-        """Return what a port is given: `$name` of the port itself where nothing is written; None, with an error, for null."""
+        """Return the value given to a port: `$name` of the port itself where nothing is written; None, with an error, for null."""
         if is_null(value):
             self.error(
                 value.mark,
@@ -172,7 +172,7 @@ class Wiring:
         return f"write '${name}'" if name.isidentifier() and name.isascii() else "write '$key', with a name of your own"
 
     def set_value(self, value: Value, declared: Declared, what: str) -> Wire | None:
-        """Return what a `set` gives a key: text stands in quotes of its own, because a bare word is a name; `none` leaves it unset."""
+        """Return the wire of a `set` to a key: text stands in quotes of its own, because a bare word is a name; `none` leaves it unset."""
         if isinstance(value, Scalar) and declared.type.family in (Family.STR, Family.ENUM) and not is_none(value):
             return self.expression(value, declared.type, what)
         return self.value(value, declared.type, what, declared.min, declared.max, takes_none=True)
@@ -334,7 +334,7 @@ def _is_option(expression: Expression, type_: Type) -> bool:
 
 
 def passes_error_on(expression: Expression) -> bool:
-    """Whether the value of an expression carries the error of what it is made of."""
+    """Whether the value of an expression carries the error of its parts."""
     carries = ("mean", "median", "min", "max", "at")
     if not isinstance(expression, Call):
         return isinstance(expression, Name)

@@ -289,7 +289,7 @@ def test_nobody_there_and_the_wrong_robot_are_told(stand_in, live_cell, clock):
     with pytest.raises(DeviceLost, match=r"cannot be reached at 127\.0\.0\.250"):
         open_cell(load_cell(live_cell("ur", "rtde", "127.0.0.250")), now=clock)
     behind, _ = stand_in("ur")
-    with pytest.raises(DeviceFault, match="`model` or `hand` of the cell file are not those of this robot"):
+    with pytest.raises(DeviceFault, match="`model` or `hand` of the cell file do not fit this robot"):
         open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e", loaded="true")), now=clock)
 
 

@@ -178,5 +178,5 @@ def test_a_cell_whose_simulated_devices_a_task_leaves_alone_needs_no_scene(tmp_p
     moving = tmp_path / "moving.yaml"
     body = "scene: water_balloon\ntrees: {main: {sequence: [set_stretch: {stretch: 5 mm}]}}\n"
     moving.write_text(f"format: stretch-tree/1\ndevices: {{gripper: Gripper}}\n{body}", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="name one with --scene: that of the tree counts where no cell is named"):
+    with pytest.raises(InvalidInput, match="name one with --scene: the scene of the tree counts where no cell is"):
         run(moving, cell="simulated", out=tmp_path / "other")

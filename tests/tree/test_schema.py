@@ -28,7 +28,7 @@ DESIGN = """
 format: stretch-tree/1
 doc: Stiffness of a fixed, soft, roughly spherical object.
 devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
-scene: water_balloon                      # what `run` simulates when no scene or cell is named
+scene: water_balloon                      # the scene that `run` simulates when no scene or cell is named
 params:
   sensing_depth: {type: Length, default: 10 mm, min: 2 mm, max: 15 mm, doc: press that feels the shape}
   drop:          {type: Length, default: 1.5 mm, min: 0.1 mm, doc: height lost that counts as deformed}

@@ -26,7 +26,7 @@ _WIDE = 130
 def command(
     scene: Annotated[str, typer.Argument(help="A scene file, or the name of a shipped scene.")],
     tolerance: Annotated[
-        list[str] | None, typer.Option(help="In the place of the scene's, as in stiffness=2%; may be repeated.")
+        list[str] | None, typer.Option(help="Tolerance in place of the scene's, as in stiffness=2%; may be repeated.")
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:

@@ -79,7 +79,7 @@ class AtiForceSensor(ForceSensorDriver):
         DeviceLost
             No new measurement came for too long.
         DeviceFault
-            The sensor tells of an error; once for one that is over, for a silence that is over, and for a restart.
+            The sensor reports an error; once for an error that is over, for a silence that is over, and for a restart.
         """
         newest = self._checked()
         wrench = self._in_world(self._mean([newest]))

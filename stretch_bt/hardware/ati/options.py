@@ -47,19 +47,20 @@ class AtiOptions(Options):
     port: Annotated[int, Within(1, 65535)] = PORT
     calibration: _Calibration
     mount: Literal["table", "hand"] = Field(
-        default="table", description="under the object, so that it feels what the hand does, or between arm and hand"
+        default="table",
+        description="place of the sensor: under the object, so that it feels what the hand does, or between arm and hand",
     )
     rotation: _Rotation = _Rotation()
     silence: Annotated[Time, Within(0.02, 5.0, "Time")] = Field(
-        default=0.1, description="after which the stream is asked for again"
+        default=0.1, description="time without a measurement after which the stream is asked for again"
     )
     lost_after: Annotated[Time, Within(0.05, 10.0, "Time")] = Field(
-        default=0.5, description="without a new measurement after which the sensor counts as lost"
+        default=0.5, description="time without a new measurement after which the sensor counts as lost"
     )
     noisy: bool = Field(
         default=True,
-        description="no two measurements are alike, so that one that stands is found; false where there is no noise",
+        description="whether no two measurements are alike, so that one that stands is found; false where there is no noise",
     )
     zero_over: Annotated[Time, Within(0.0, 5.0, "Time")] = Field(
-        default=0.1, description="of the latest measurements that `zero` averages"
+        default=0.1, description="duration of the latest measurements that `zero` averages"
     )

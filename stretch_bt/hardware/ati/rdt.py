@@ -14,7 +14,7 @@ PORT, HEADER = 49152, 0x1234
 _REQUEST = struct.Struct(">HHI")
 _RECORD = struct.Struct(">III6i")
 
-#: bits of the status word, from the manual of the Axia; the number of a bit is always told with its name
+#: bits of the status word, from the manual of the Axia; the number of a bit is always reported with its name
 _BITS = {
     0: "internal temperature out of range",
     1: "supply voltage out of range",
@@ -40,7 +40,7 @@ class Ask(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One measurement: its number in the stream, that of the sensor's own cycle, a status word, six counts."""
+    """One measurement: its number in the stream, the number of the sensor's own cycle, a status word, six counts."""
 
     number: int
     cycle: int

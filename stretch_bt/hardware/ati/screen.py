@@ -1,4 +1,4 @@
-"""Which records of a sensor can be believed: one that jumps has to be confirmed, and counts that stand are told."""
+"""Which records of a sensor can be believed: one that jumps has to be confirmed, and counts that stand are reported."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from stretch_bt.hardware.ati.rdt import Record
 
 __all__ = ["JUMP", "STANDS_AFTER", "Screen"]
 
-#: how far force, N, and torque, N m, may be from those of the record before
+#: largest change of force, N, and of torque, N m, from one record to the next
 JUMP = (50.0, 5.0)
-#: that many jumps in a row, none of which confirms another, are a sensor that is broken
+#: number of jumps in a row, none of which confirms another, that mark a broken sensor
 _JUMPS = 3
 #: for how long counts may stand while the sensor's cycles go on, s: as long as a force that a motion goes by may be old
 STANDS_AFTER = 0.2
@@ -20,7 +20,7 @@ class Screen:
     Parameters
     ----------
     counts_per_newton, counts_per_newton_metre
-        Of the sensor.
+        Counts of the sensor.
     noisy
         Whether no two measurements are alike.
     """

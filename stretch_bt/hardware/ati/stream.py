@@ -10,7 +10,7 @@ __all__ = ["Counters", "Stream"]
 
 _MODULUS = 1 << 32
 _HALF = 1 << 31
-#: that many older records in a row are a sensor that began anew, not ones that were overtaken
+#: number of older records in a row that mark a sensor that began anew, not records that were overtaken
 _ANEW = 10
 
 

@@ -47,7 +47,7 @@ class ConsoleOperator(OperatorDriver):
         return self._ask(f"{request} Press Enter to go on, Ctrl-C to end.")
 
     def _ask(self, text: str) -> Poll:
-        """Return how it stands with a request; what was typed before it was made does not answer it."""
+        """Return how it stands with a request; text that was typed before does not answer it."""
         self._asked += 1
         number = self._asked
         _forget_input()
@@ -65,7 +65,7 @@ class ConsoleOperator(OperatorDriver):
         return poll
 
     def _answered(self) -> bool:
-        """Tell whether Enter was pressed, without waiting for it."""
+        """Return whether Enter was pressed, without waiting for it."""
         file = sys.stdin.fileno()
         if not select.select([file], [], [], 0.0)[0]:
             return False

@@ -53,7 +53,7 @@ _FAULTS: dict[str, Fault] = {
 
 
 class AtiStandIn(StandIn):
-    """An Axia80 under the object, its axes those of the world: 125 records a second, 1 000 000 counts a newton and newton metre."""
+    """An Axia80 under the object, its axes along the world's: 125 records a second, 1 000 000 counts a newton and newton metre."""
 
     PORTS: ClassVar[Mapping[str, int]] = {"commands": COMMANDS, "page": PAGE, "rdt": PORT}
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
@@ -79,7 +79,7 @@ class AtiStandIn(StandIn):
         self._left, self._together = 0, 1
         self._gathered: list[bytes] = []
         self._servers: list[TcpServer] = []
-        #: of what is measured, and of the bias
+        #: lock of the measurements, and of the bias
         self._sensing = threading.RLock()
         self._number = self._cycle = self._sent = 0
         self._bias = np.zeros(6)

@@ -22,13 +22,13 @@ class StandIn(ABC):
     stage
         What stands around it: fingers, hand and object, shared with other stand-ins.
     ports
-        Ports by the name of the wire, where they are not those of `PORTS`; 0 takes a free one.
+        Ports by the name of the wire, where they differ from `PORTS`; 0 takes a free one.
     """
 
     #: ports that it listens on, by the name of the wire
     PORTS: ClassVar[Mapping[str, int]]
     FAULTS: ClassVar[Mapping[str, Fault]]
-    #: what it needs of a scene: what is "felt", what is "seen"
+    #: parts of a scene that it needs: "felt" for forces, "seen" for images
     SENSES: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The port by which faults are injected: one JSON object a line in, one a line out.
+"""The port through which faults are injected: one JSON object a line in, one a line out.
 
 | line | answer |
 |---|---|
@@ -7,8 +7,8 @@
 | `{"do": "clear"}`, with `device` and `fault` or without | `{"ok": true}` |
 | `{"do": "renew"}`: a new object in the place of the present one, which was pressed out of shape | `{"ok": true}` |
 
-What is wrong with a line is answered by `{"ok": false, "error": why}`. A connection whose first line is no JSON object
-is closed, and so is one with a line of more than 4096 bytes: what comes after is not read. A request of HTTP gets no answer.
+A mistake in a line is answered by `{"ok": false, "error": why}`. A connection whose first line is no JSON object
+is closed, and so is one with a line of more than 4096 bytes: the rest is not read. A request of HTTP gets no answer.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ControlPort:
     address
         Host and port; port 0 takes a free one.
     stand_ins
-        By name.
+        The stand-ins, by name.
     wires
         Where the wires of each are.
     renew

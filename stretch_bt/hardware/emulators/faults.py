@@ -110,7 +110,7 @@ class Faults:
             return None if found is None else dict(found.parameters)
 
     def meets(self, name: str, **asked: str) -> bool:
-        """Whether a fault is active and was told to meet this, as `connection="control"`; its first choice of a kind meets all of it."""
+        """Whether a fault is active and was set to meet this, as `connection="control"`; its first choice of a kind meets all of it."""
         if self.shown(name) is None:
             return False
         with self._lock:

@@ -37,7 +37,7 @@ GRIPPER_FAULTS: dict[str, Fault] = {
     "deactivate": Fault("loses its activation, as after a loss of its supply; once", state=True),
     "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}, state=True),
     "stall": Fault("the fingers stand, and it goes on to say that they move", state=True),
-    "wild": Fault("tells of a random position in the part `part` of its answers", {"part": 0.1}, state=True),
+    "wild": Fault("reports a random position in the part `part` of its answers", {"part": 0.1}, state=True),
     "deaf": Fault("confirms what is written, and does nothing of it", state=True),
 }
 
@@ -75,7 +75,7 @@ class GripperModel:
 
     @property
     def command(self) -> Command:
-        """What it was told last."""
+        """The last command that it received."""
         return self._command
 
     def read(self) -> Status:

@@ -20,7 +20,7 @@ class GripperStandIn(StandIn):
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self.model = GripperModel(stage, self.faults.shown)
-        #: of the model
+        #: lock of the model
         self.lock = threading.RLock()
         self._servers: list[TcpServer] = []
 

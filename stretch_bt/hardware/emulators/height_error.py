@@ -1,4 +1,4 @@
-"""How far a hand is off where its arm says, by the effects of a scene."""
+"""The error of the hand's height that its arm reports, by the effects of a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stretch_bt.hardware.simulated.twin import Twin
 
 __all__ = ["HeightError"]
 
-#: a hand that was told of no other place for so long, s, begins a new move with its next one
+#: a hand for which no pose was reported for so long, s, begins a new move with the next pose
 _REST = 0.1
 #: on the first part of a move, m, its error takes the place of the one before
 _WAY = 1e-3
@@ -21,7 +21,7 @@ class HeightError:
     Parameters
     ----------
     twin
-        With the effects, and the seed of their draws.
+        The twin with the effects, and the seed of their draws.
     """
 
     def __init__(self, twin: Twin) -> None:
@@ -31,7 +31,7 @@ class HeightError:
         self._time, self._told = -math.inf, Pose()
 
     def true(self, time: float, told: Pose) -> Pose:
-        """Return where the hand is that comes to a pose at a time, s, as its arm says."""
+        """Return the true pose of the hand, at a time, s, at which its arm reports a pose."""
         if time - self._time > _REST:
             self._moves += 1
             self._next = self._drawn()

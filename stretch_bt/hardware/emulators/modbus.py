@@ -13,14 +13,14 @@ ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 _MOST = 260
 #: numbers of registers in one request, from the Modbus Application Protocol 1.1b3, sections 6.3, 6.12 and 6.17
 _MOST_READ, _MOST_WRITTEN, _MOST_WRITTEN_AND_READ = 125, 123, 121
-#: of an RTU frame, bytes: the shortest one, and how many are waited for where the function does not say how long it is
+#: bytes of an RTU frame: the shortest one, and the number to wait for where the function does not say how long it is
 _SHORTEST, _KNOWN_BY = 4, 8
 #: functions whose frames say how many bytes follow, and which byte says so
 _SIZE_AT = {15: 6, 16: 6, 23: 10}
 
 
 class Refused(Exception):
-    """A request that is answered by a Modbus exception; `code` is that of the exception."""
+    """A request that is answered by a Modbus exception; `code` is the code of the exception."""
 
     def __init__(self, code: int) -> None:
         self.code = code
@@ -212,7 +212,7 @@ class TcpFraming:
         self._rest = b""
 
     def requests(self, data: bytes) -> Iterator[TcpRequest]:
-        """Yield what is whole; a header that is none throws the stream away."""
+        """Yield the complete requests; an invalid header throws the stream away."""
         self._rest += data
         while len(self._rest) >= 8:
             transaction, protocol, length, unit = struct.unpack(">HHHB", self._rest[:7])

@@ -32,7 +32,7 @@ class Pictures:
     Parameters
     ----------
     descriptor
-        Of the memory; it is closed.
+        File descriptor of the memory; it is closed.
     shape
         Rows and columns.
     """

@@ -28,15 +28,15 @@ class Process:
     Parameters
     ----------
     name
-        For messages.
+        Name in messages.
     module
-        What it runs.
+        Module that it runs.
     codec
-        Of the messages of both directions.
+        Codec of the messages of both directions.
     first
-        What it is sent at first.
+        First message to it.
     descriptors
-        That it inherits.
+        File descriptors that it inherits.
     """
 
     def __init__(self, name: str, module: str, codec: Codec, first: Message, descriptors: Sequence[int]) -> None:
@@ -93,9 +93,9 @@ class RemoteStandIn(Process):
     Parameters
     ----------
     first
-        What its process is sent at first.
+        First message to its process.
     descriptors
-        That it inherits.
+        File descriptors that it inherits.
     """
 
     def __init__(self, first: Serve, descriptors: Sequence[int]) -> None:

@@ -34,13 +34,13 @@ _REFUSE = Fault("answers with the Modbus exception `code`", {"code": 4.0})
 
 
 class _Registers:
-    """The two blocks of registers of the gripper: what it tells, and what it was told, which can be read back."""
+    """The two blocks of registers of the gripper: its status, and its last command, which can be read back."""
 
     def __init__(self, model: GripperModel) -> None:
         self._model = model
 
     def read(self, function: int, start: int, count: int) -> list[int]:
-        """Return registers; what was written is held, not an input, and function 4 does not read it."""
+        """Return registers; written registers are holding registers, not inputs, and function 4 does not read them."""
         if _within(READ_FROM, start, count):
             return _part(self._model.read().encode(), start - READ_FROM, count)
         if function != _READ_INPUTS and _within(WRITE_TO, start, count):

@@ -21,12 +21,12 @@ __all__ = ["SceneStage"]
 
 
 class SceneStage(Stage):
-    """Tells the twin where hand and fingers go, and keeps the latest of what it says; no call waits until it has solved something.
+    """Reports to the twin where hand and fingers go, and keeps its latest messages; no call waits until it has solved something.
 
     Parameters
     ----------
     setting
-        Of the scene.
+        Setting of the scene.
     twin
         Channel to the twin's process.
     pictures
@@ -81,7 +81,7 @@ class SceneStage(Stage):
             return self._seen
 
     def _send(self, message: Message) -> None:
-        """Tell the twin; that its process is gone is noticed by who began it."""
+        """Send the twin a message; whoever began its process notices when it is gone."""
         with suppress(ChannelClosed):
             self._twin.send(message)
 

@@ -125,7 +125,7 @@ def serving_elsewhere(
     scene
         File or name of the scene that they act on; its twin has a process too.
     seed
-        Of everything random.
+        Seed of everything random.
     within
         Time until they must be ready, s.
 

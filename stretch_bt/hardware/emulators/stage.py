@@ -32,7 +32,7 @@ class Stage:
     now
         The clock that motions go by, s.
     seed
-        Of everything random.
+        Seed of everything random.
     """
 
     def __init__(

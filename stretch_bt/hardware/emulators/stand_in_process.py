@@ -63,7 +63,7 @@ def begun(first: Serve, pictures: int, twin: int) -> StandIn:
 
 
 def answer(made: StandIn, message: Message) -> Message:
-    """Do what is asked, and return what is said of it; raises ChannelClosed at the end."""
+    """Carry out a message, and return the answer; raises ChannelClosed at the end."""
     try:
         match message:
             case Inject(fault, parameters):

@@ -15,7 +15,7 @@ __all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines",
 
 _POLL = 0.1
 _PART = 4096
-#: in which the first line of a request of HTTP is looked for, bytes
+#: number of bytes in which the first line of a request of HTTP is looked for
 _BEGIN = 2 * _PART
 #: a socket address of no family, to which a TCP connection is "connected" to reset it; options of Linux for packet filters
 _NOWHERE = struct.pack("=H14x", socket.AF_UNSPEC)

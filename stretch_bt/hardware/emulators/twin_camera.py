@@ -21,9 +21,9 @@ from stretch_bt.simulation.scene import Scene, load_scene
 
 __all__ = ["NAME", "TwinCamera", "lens"]
 
-#: of the camera, in the names of its sources of noise
+#: name of the camera, in the names of its sources of noise
 NAME = "camera"
-#: how long after its exposure a frame goes out at the latest, periods: what is not solved by then is not waited for
+#: longest time from the exposure of a frame until it goes out, periods: a solution that is not ready by then is not waited for
 _WAITS = 2.0
 
 
@@ -38,13 +38,13 @@ class TwinCamera:
     Parameters
     ----------
     setting
-        Of the scene.
+        Setting of the scene.
     geometry
         The hand.
     pictures
         Descriptor of the memory in which the pictures are.
     rate
-        Hz.
+        Frame rate, Hz.
     seen
         Waits for the picture of a frame, and returns the numbers of the latest frame that has one, and of that picture.
     """

@@ -1,7 +1,7 @@
 """The process of the twin behind stand-ins: it solves what hand and object do to each other as the hand goes.
 
-It solves once for each frame of the camera at most, and takes no more than a part of a core for that: what would be more is left
-out, and the stand-ins go on with the latest that is solved.
+It solves once for each frame of the camera at most, and takes no more than a part of a core for that: further solutions are left
+out, and the stand-ins go on with the latest solution.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _NEWS = 0.01
 _SHARE, _AT_ONCE = 0.28, 1.0
 #: how often an object that creeps is solved while nothing moves, s
 _CREEPING = 0.1
-#: what the hand moves less than, m, is no motion: an arm at rest still comes nearer to its last setpoint
+#: a move of the hand below this, m, is no motion: an arm at rest still comes nearer to its last setpoint
 _STILL = 2e-6
 #: nothing is written down of a hand that stands, s
 _GAP = 0.05
@@ -75,26 +75,26 @@ _COARSE, _FINE, _TOUCHES = 1e-3, 1e-4, 13
 
 
 class Link:
-    """The way to one stand-in: what it says of hand or fingers goes into the twin; it is sent what it senses."""
+    """The way to one stand-in: its reports of hand or fingers go into the twin; it is sent what it senses."""
 
     def __init__(self, channel: Channel, senses: list[str]) -> None:
         self.channel, self.senses = channel, senses
 
     def send(self, message: Message) -> None:
-        """Send a message; a stand-in that is gone is noticed by who began it."""
+        """Send a message; whoever began a stand-in notices when it is gone."""
         with suppress(ChannelClosed):
             self.channel.send(message)
 
 
 class Solver:
-    """Solves a twin for each frame, and tells the stand-ins.
+    """Solves a twin for each frame, and sends the results to the stand-ins.
 
     Parameters
     ----------
     setting
-        Of the scene.
+        Setting of the scene.
     links
-        To the stand-ins.
+        Links to the stand-ins.
     pictures
         Descriptor of the memory that the camera reads.
     """
@@ -223,7 +223,7 @@ class Solver:
 
 
 def listen(twin: Twin, links: list[Link]) -> None:
-    """Take what the stand-ins say of hand and fingers, until none is left."""
+    """Take the stand-ins' reports of hand and fingers, until no stand-in is left."""
     left, error = {link.channel: link for link in links}, HeightError(twin)
     while left:
         for channel in select.select(list(left), [], [])[0]:
@@ -251,7 +251,7 @@ def take(twin: Twin, error: HeightError, message: Message) -> None:
 
 
 def steadied(before: Pose, six: list[float]) -> Pose:
-    """Return a pose of position, m, and rotation vector, rad, on a grid but for its height; what hardly moved stays what it was before."""
+    """Return a pose of position, m, and rotation vector, rad, on a grid but for its height; a coordinate that hardly moved stays as before."""
     x, y, z, *turn = six
     aside = [
         _kept(new, old, _GRID) for new, old in zip((x, y, *turn), (*before.position[:2], *before.rotation), strict=True)

@@ -18,7 +18,7 @@ __all__ = ["MonitoredArm"]
 _FORCE_AGE = 0.5
 #: least time between two poses from which a speed is taken, s: a shorter one divides by noise
 _APART = 0.01
-#: how far from the end of a motion that is done the hand may be, m: arms come within 0.1 mm, and tell it a moment late
+#: largest distance of the hand from the end of a motion that is done, m: arms come within 0.1 mm, and report it a moment late
 _OFF = 0.005
 
 

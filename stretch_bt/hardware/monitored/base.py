@@ -47,8 +47,8 @@ _MOMENT, _PAUSE = 0.25, 0.002
 class Watch:
     """What watches over the devices of a cell.
 
-    `clock`, where there is one, is what a tree that is run on them goes by, and `stamp` gives its time for one of `now`, where that is another.
-    `scene` is what is simulated.
+    A tree that is run on them goes by `clock`, where there is one; `stamp` gives the tree's time for a time of `now`, where they differ.
+    `scene` is the simulated scene.
     """
 
     now: Callable[[], float]
@@ -96,7 +96,7 @@ class Monitored(Generic[D]):
                 self.driver.open()
             except BaseException:
                 self._state = DeviceState.DISCONNECTED
-                with suppress(Exception):  # what was half open is closed; why it did not open is what is told
+                with suppress(Exception):  # the half open device is closed; the error of opening is reported
                     self.driver.close()
                 self._claim.release()
                 raise
@@ -124,9 +124,9 @@ class Monitored(Generic[D]):
 
     @contextmanager
     def faults(self) -> Iterator[None]:
-        """Write down every fault and every NoAnswer that passes, turn what else a driver raises into one, and keep those of the device.
+        """Write down every fault and every NoAnswer that passes, turn other errors of a driver into faults, and keep the device's own.
 
-        What a driver refuses, because it is out of reach or the device is not ready, leaves the device as it was.
+        A refusal by a driver, because a place is out of reach or the device is not ready, leaves the device as it was.
         """
         try:
             yield

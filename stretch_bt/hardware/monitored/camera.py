@@ -20,7 +20,7 @@ class MonitoredCamera(Monitored[DepthCameraDriver]):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames; raises NotReady before the camera is open where only that tells them."""
+        """Intrinsics of the frames; raises NotReady before the camera is open where only the open camera knows them."""
         return self.driver.intrinsics
 
     @property

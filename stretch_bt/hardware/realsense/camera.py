@@ -23,7 +23,7 @@ from stretch_bt.hardware.supervisor import Deadlines, Program, Supervisor
 __all__ = ["RealsenseCamera"]
 
 _MODULE = "stretch_bt.hardware.realsense.process"
-#: above the deadlines of the process, which say more
+#: longer than the deadlines of the process, which say more
 _DEADLINES = Deadlines(opening=15.0, silence=1.5, ending=3.0)
 
 
@@ -40,10 +40,10 @@ class RealsenseCamera(DepthCameraDriver):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """What the camera tells of its lens; raises NotReady before it was connected."""
+        """Intrinsics of the lens, as the camera reports them; raises NotReady before it was connected."""
         found = None if self._inbox is None else self._inbox.intrinsics
         if found is None:
-            raise NotReady(self.name, "a camera tells of its lens when it is connected; open it first")
+            raise NotReady(self.name, "a camera reports its lens when it is connected; open it first")
         return found
 
     @property

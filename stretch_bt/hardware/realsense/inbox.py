@@ -38,9 +38,9 @@ class Inbox:
     Parameters
     ----------
     latency
-        From exposure to arrival at least, s.
+        Least time from exposure to arrival, s.
     plane_distance
-        Camera to the flat membrane, m, where the camera has its own.
+        Distance from the camera to the flat membrane, m, where the camera has its own.
     now
         Returns the time of the run's clock and of the monotonic clock, s.
     """

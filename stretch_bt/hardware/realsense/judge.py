@@ -13,9 +13,9 @@ Counts = npt.NDArray[np.uint16]
 
 #: rows of an image that are looked at together, and how many of their pixels must have a value for that
 _BANDS, _ENOUGH = 16, 32
-#: that many older frames in a row, or one that is older by more than that, s, are a camera that began anew, not ones that were overtaken
+#: number of older frames in a row, and age of one, s, above which they mark a camera that began anew, not frames that were overtaken
 _ANEW, _BACK = 10, 1.0
-#: by how much a camera's clock may run differently from this machine's, and how far it may be ahead at once, s
+#: largest drift of a camera's clock against this machine's, and largest jump ahead at once, s
 _DRIFT, _JUMP = 2e-4, 0.5
 #: how long after the first frame, s, the quickest of all may still come, where the first ones were held up
 _YOUNG = 2.0
@@ -57,14 +57,14 @@ class Judge:
     lost_after
         Time without a good frame, s, after which it counts as an event that the camera was gone.
     noisy
-        Whether no two images are alike, so that one that stands or is torn can be told.
+        Whether no two images are alike, so that one that stands or is torn can be found.
     began
         Monotonic time of the begin, s.
     """
 
     def __init__(self, lost_after: float, noisy: bool, began: float) -> None:
         self.counters = Counters()
-        #: what was wrong with the newest frame, and what happened that somebody has to know, once
+        #: the mistake in the newest frame, and an event that somebody has to know, once
         self.bad: str | None = None
         self.event: str | None = None
         self._lost_after, self._noisy = lost_after, noisy
@@ -164,7 +164,7 @@ def _bands(image: Counts) -> list[Counts]:
 
 
 def _stands(before: Counts, now: Counts) -> bool | None:
-    """Return whether part of an image is as it was, or gone; None where too little of it had a value to tell."""
+    """Return whether part of an image is as it was, or gone; None where too few of its pixels had a value."""
     had = np.count_nonzero(before)
     if had < _ENOUGH:
         return None

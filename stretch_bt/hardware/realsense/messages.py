@@ -53,10 +53,10 @@ class CameraStatus(Message):
     """From the process: how the camera stands."""
 
     frame: Taken | None
-    #: for how long no good frame came, s, and what was wrong with the newest
+    #: for how long no good frame came, s, and the mistake in the newest
     silent: float
     bad: str | None
-    #: what happened that somebody has to know
+    #: an event that somebody has to know
     event: str | None
     #: whether a recording is over
     ended: bool

@@ -34,25 +34,25 @@ class RealsenseOptions(Options):
         default=None, min_length=1, description="recording of librealsense to play, relative to the cell file"
     )
     host: Address | None = Field(default=None, description="address of the stand-in `stretch-bt emulate realsense`")
-    port: Annotated[int, Within(1, 65535)] = Field(default=PORT, description="of that host")
-    width: _Pixels = Field(default=640, description="of the depth stream that a camera is asked for")
+    port: Annotated[int, Within(1, 65535)] = Field(default=PORT, description="port of that host")
+    width: _Pixels = Field(default=640, description="width of the depth stream that a camera is asked for")
     height: _Pixels = 480
-    rate: _Rate = Field(default=30.0, description="of that stream")
+    rate: _Rate = Field(default=30.0, description="rate of that stream")
     latency: Annotated[Time, Within(0.0, 0.5, "Time")] = Field(
-        default=0.04, description="from exposure to arrival at least; a frame counts as that much older"
+        default=0.04, description="least time from exposure to arrival; a frame counts as that much older"
     )
     lost_after: Annotated[Time, Within(0.1, 10.0, "Time")] = Field(
-        default=0.4, description="without a good frame after which the camera counts as lost"
+        default=0.4, description="time without a good frame after which the camera counts as lost"
     )
     noisy: bool = Field(
         default=True,
-        description="no two images are alike, so that one that stands or is torn is found; false where there is no noise",
+        description="whether no two images are alike, so that one that stands or is torn is found; false where there is no noise",
     )
     record: str | None = Field(
         default=None, min_length=1, description="folder, relative to the cell file, for a recording of all frames"
     )
     plane_distance: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
-        default=None, description="camera to the flat membrane, where it is not that of `hand`"
+        default=None, description="distance from the camera to the flat membrane, in place of the one in `hand`"
     )
 
     @model_validator(mode="after")

@@ -39,7 +39,7 @@ class CameraKeeper:
     memory
         Where frames are handed over.
     channel
-        To the driver.
+        Channel to the driver.
     first
         Messages that came already, the first of them `Settings`.
     """
@@ -83,7 +83,7 @@ class CameraKeeper:
             self._newest = self._judge.take(shot) or self._newest
         self._judge.counters.broken = self._source.broken
         if self._source.broken > broken and not came:
-            self._judge.bad = "what it sends is broken"
+            self._judge.bad = "its data are broken"
         self._ended = self._source.ended and not came
         if self._first and self._newest is None and time.monotonic() - self._begun > _FIRST:
             raise OSError(

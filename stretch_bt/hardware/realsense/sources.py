@@ -49,7 +49,7 @@ class Source:
 
     @property
     def broken(self) -> int:
-        """How many frames came broken, which librealsense tells of none."""
+        """Number of frames that came broken; librealsense reports none."""
         return 0
 
     def start(self) -> None:
@@ -237,7 +237,7 @@ def _camera(serial: str) -> Any:
 
 
 def _intrinsics(rs: Any, profile: Any) -> Intrinsics:
-    """Return what the device tells; raises OSError for a distortion that is not understood."""
+    """Return the intrinsics that the device reports; raises OSError for a distortion that is not understood."""
     lens = profile.as_video_stream_profile().get_intrinsics()
     known = lens.model in (rs.distortion.none, rs.distortion.inverse_brown_conrady)
     if not known and any(lens.coeffs):

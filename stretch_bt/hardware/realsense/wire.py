@@ -31,7 +31,7 @@ _Focal = Annotated[FiniteFloat, Field(gt=0, le=1e5)]
 
 
 class Described(BaseModel):
-    """What the camera tells of itself: `unit` in m, `rate` in Hz, the pinhole in pixels, inverse Brown-Conrady coefficients."""
+    """What the camera reports of itself: `unit` in m, `rate` in Hz, the pinhole in pixels, inverse Brown-Conrady coefficients."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -49,14 +49,16 @@ class _Options(Options):
     time: str | None = Field(
         default=None, description="name of the (n,) array of times, s, in the file; else `rate` holds"
     )
-    rate: Annotated[Frequency, Within(0.01, 1000.0, "Frequency")] = Field(default=30.0, description="of a folder")
+    rate: Annotated[Frequency, Within(0.01, 1000.0, "Frequency")] = Field(
+        default=30.0, description="rate of the files of a folder"
+    )
     unit: Annotated[Length, Within(1e-6, 0.01, "Length")] = Field(description="one count of depth")
     intrinsics: str | Pinhole = Field(description="name of an array fx, fy, cx, cy in the file, or the values")
     roi: str | None = Field(
         default=None, description="name of an array v0, v1, u0, u1: the part of the image that was kept"
     )
-    width: _Pixels = Field(default=640, description="of the whole image")
-    height: _Pixels = Field(default=480, description="of the whole image")
+    width: _Pixels = Field(default=640, description="width of the whole image")
+    height: _Pixels = Field(default=480, description="height of the whole image")
     plane_distance: Annotated[Length, Within(0.01, 10.0, "Length")] | None = None
 
     @model_validator(mode="after")

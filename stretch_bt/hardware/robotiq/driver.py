@@ -84,7 +84,7 @@ class RobotiqDriver(GripperDriver, ABC):
         Raises
         ------
         DeviceLost
-            They were moving, and the gripper could not be told to hold them, on a new connection either.
+            They were moving, and the command to hold them could not be sent, on a new connection either.
         """
         if self._attendant is None:
             return
@@ -100,7 +100,7 @@ class RobotiqDriver(GripperDriver, ABC):
             self._attendant.wait_for_end()
             self._task = None
             if task is not None and not task.over and not self._held_at_loss:
-                reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
+                reason = f"the stop cannot be sent ({lost.reason}); the fingers may go on to where they were sent"
                 raise DeviceLost(self.name, reason) from lost
 
     def activate(self) -> Poll:
@@ -122,14 +122,14 @@ class RobotiqDriver(GripperDriver, ABC):
         return self._begin(journey)
 
     def opening(self) -> Reading[float]:
-        """Return the opening that the gripper tells of, m.
+        """Return the opening that the gripper reports, m.
 
         Raises
         ------
         DeviceLost
             The connection was lost.
         DeviceFault
-            Once: a fault or the end of the activation, which the gripper told of while it stood.
+            Once: a fault or the end of the activation, which the gripper reported while it stood.
         """
         sample = self._open().latest()
         event, self._event = self._event, None
@@ -142,7 +142,7 @@ class RobotiqDriver(GripperDriver, ABC):
         return self._open().refresh().value
 
     def count(self) -> int:
-        """Return the position that the gripper tells of now, 0 to 255; raises DeviceLost."""
+        """Return the position that the gripper reports now, 0 to 255; raises DeviceLost."""
         return self.status().position
 
     def _open(self) -> WireThread[ScreenedWire, Status]:
@@ -203,7 +203,7 @@ class RobotiqDriver(GripperDriver, ABC):
             self._watched = time.monotonic()
             attendant.latest()
             if task.fault is not None:
-                self._event = None  # it is told here
+                self._event = None  # it is reported here
             return task.poll()
 
         return poll

@@ -29,9 +29,9 @@ class _ModbusOptions(RobotiqOptions):
     serial: str | None = Field(default=None, description="device of the serial line, such as `/dev/ttyUSB0`; or `host`")
     baudrate: Annotated[int, Within(1200, 921600)] = 115200
     host: Address | None = Field(default=None, description="address of a gateway, or of the robot's tool connector")
-    port: Annotated[int, Within(1, 65535)] = Field(default=54321, description="of that host")
+    port: Annotated[int, Within(1, 65535)] = Field(default=54321, description="port of that host")
     framing: Literal["rtu", "tcp"] = Field(
-        default="rtu", description="of that host: RTU frames as they are, or Modbus TCP"
+        default="rtu", description="form of messages to that host: RTU frames as they are, or Modbus TCP"
     )
     unit: Annotated[int, Within(1, 247)] = Field(default=9, description="Modbus address of the gripper")
     read_function: Literal[3, 4] = Field(

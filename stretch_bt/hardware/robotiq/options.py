@@ -23,16 +23,22 @@ class RobotiqOptions(Options):
 
     model: Literal["2f85", "2f140"]
     calibration: GripperCalibration
-    force: Annotated[int, Within(0, 255)] = Field(default=255, description="of the fingers, the gripper's own count")
-    slowest: _FingerSpeed | None = Field(default=None, description="at speed count 0; else that of the data sheet")
-    fastest: _FingerSpeed | None = Field(default=None, description="at speed count 255; else that of the data sheet")
+    force: Annotated[int, Within(0, 255)] = Field(
+        default=255, description="force of the fingers, the gripper's own count"
+    )
+    slowest: _FingerSpeed | None = Field(
+        default=None, description="speed at speed count 0; by default the speed in the data sheet"
+    )
+    fastest: _FingerSpeed | None = Field(
+        default=None, description="speed at speed count 255; by default the speed in the data sheet"
+    )
     tolerance: Annotated[Length, Within(0.0001, 0.01, "Length")] = Field(
-        default=0.001, description="how far from its target a motion may end"
+        default=0.001, description="largest distance of a motion's end from its target"
     )
     rate: Annotated[float, KINDS["Frequency"], Within(2.0, 200.0, "Frequency")] = Field(
-        default=30.0, description="of asking for the status"
+        default=30.0, description="rate of asking for the status"
     )
-    timeout: Annotated[Time, Within(0.02, 0.5, "Time")] = Field(default=0.15, description="of one exchange")
+    timeout: Annotated[Time, Within(0.02, 0.5, "Time")] = Field(default=0.15, description="timeout of one exchange")
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield when the speeds do not rise."""
@@ -43,7 +49,7 @@ class RobotiqOptions(Options):
             yield key, told, "write speeds that rise from count 0 to 255"
 
     def openings(self) -> tuple[float, float]:
-        """Return what was calibrated, m."""
+        """Return the least and the greatest calibrated opening, m."""
         return self.calibration.span
 
     @property

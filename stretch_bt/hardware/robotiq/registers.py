@@ -1,4 +1,4 @@
-"""The registers of a 2F gripper, as its manual has them: what is written to it and what it tells.
+"""The registers of a 2F gripper, as its manual has them: commands that are written to it, and the status that it reports.
 
 Three registers each way, the first byte of each in its high half. Written from 0x03E8: action, position, speed and force;
 read from 0x07D0: status, fault and echo of the position, position and current.
@@ -68,7 +68,7 @@ def fault_of(code: int) -> Fault:
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What the gripper tells: bits and counts of one exchange."""
+    """Status that the gripper reports: bits and counts of one exchange."""
 
     activated: bool
     going: bool

@@ -40,7 +40,7 @@ class ScreenedWire:
         self.reset, self.activate = wire.reset, wire.activate
 
     def read(self) -> Status:
-        """Return what the gripper tells now; raises WireError where its positions agree with nothing."""
+        """Return the gripper's present status; raises WireError where its positions agree with nothing."""
         asked: list[tuple[int, float]] = []
         while len(asked) < _TRIES:
             time = self._now()

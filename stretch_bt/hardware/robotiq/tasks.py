@@ -14,13 +14,13 @@ from stretch_bt.hardware.robotiq.wire import GripperWire
 
 __all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
 
-#: how long the fingers may stand still, s, while they are told to move
+#: how long the fingers may stand still, s, while they are commanded to move
 PATIENCE = 0.8
 _ACTIVATION = 15.0
 
 
 def fault_in(device: str, status: Status) -> DeviceFault | None:
-    """Return the fault that a status tells of, if any."""
+    """Return the fault that a status reports, if any."""
     if not status.fault:
         return None
     fault = fault_of(status.fault)
@@ -71,7 +71,7 @@ class Target:
     count: int
     start: float
     speed: float
-    #: what a count is to the gripper's speed and force registers
+    #: counts of the gripper's speed and force registers
     registers: tuple[int, int]
     #: whether the gripper cannot go so slowly, so that it is led there count by count
     led: bool

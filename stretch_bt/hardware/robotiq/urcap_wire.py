@@ -73,7 +73,7 @@ class UrcapWire:
                 connection.close()
 
     def read(self) -> Status:
-        """Ask for what the gripper tells, one variable after the other."""
+        """Ask for the gripper's status, one variable after the other."""
         value = {name: self._ask(f"GET {name}", partial(parse_value, name=name)) for name in _ASKED}
         return Status(
             activated=bool(value["ACT"]),
@@ -145,7 +145,7 @@ class UrcapWire:
         return answer
 
     def _answer(self) -> bytes | None:
-        """Return the answer in what came, or None before it is whole; an end of line that came after the one before is left out."""
+        """Return the answer in what came, or None before it is complete; an end of line after the answer before is left out."""
         self._rest = self._rest.lstrip()
         if self._rest.startswith(_ACK):
             self._rest = self._rest.removeprefix(_ACK)

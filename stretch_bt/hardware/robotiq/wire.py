@@ -19,7 +19,7 @@ class GripperWire(Protocol):
         """Disconnect; may be called more than once."""
 
     def read(self) -> Status:
-        """Return what the gripper tells now."""
+        """Return the gripper's present status."""
 
     def go(self, position: int, speed: int, force: int) -> None:
         """Send the fingers to a count. An inactive gripper may begin to activate: ask `read` before."""

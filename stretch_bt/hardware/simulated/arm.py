@@ -26,8 +26,8 @@ _ROUNDING = 1e-9
 class _Options(Options):
     type: Literal["Arm"]
     use: Literal["simulated"]
-    acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")
-    x: _Place = Field(default=0.0, description="where the hand is at first")
+    acceleration: _Acceleration = Field(default=0.5, description="acceleration at the begin and the end of each motion")
+    x: _Place = Field(default=0.0, description="place of the hand at first")
     y: _Place = 0.0
     height: Annotated[Length, Within(0.0, 2.0, "Length")] = 0.2
 

@@ -23,7 +23,7 @@ class _Options(Options):
     use: Literal["simulated"]
     rate: Annotated[Frequency, Within(0.1, 1000.0, "Frequency")] = 30.0
     image: Literal["membrane", "full"] = Field(
-        default="membrane", description="the part that the membrane can reach, or all"
+        default="membrane", description="part of the image: the part that the membrane can reach, or all"
     )
 
 

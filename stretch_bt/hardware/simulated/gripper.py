@@ -23,7 +23,7 @@ class _Options(Options):
     use: Literal["simulated"]
     acceleration: Annotated[float, KINDS["Acceleration"], Within(0.01, 20.0, "Acceleration")] = 1.0
     max_opening: Annotated[Length, Within(0.01, 0.5, "Length")] = Field(
-        default=0.14, description="where the fingers end"
+        default=0.14, description="largest opening of the fingers"
     )
 
     def openings(self) -> tuple[float, float]:

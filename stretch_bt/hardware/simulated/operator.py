@@ -26,10 +26,10 @@ class _Options(Options):
     type: Literal["Operator"]
     use: Literal["simulated"]
     delay: Annotated[Time, Within(0.0, 3600.0, "Time")] = Field(
-        default=20.0, description="until what is asked for is done"
+        default=20.0, description="time until a request is carried out"
     )
     look: Annotated[Time, Within(0.0, 3600.0, "Time")] = Field(
-        default=5.0, description="until what the robot is about to do is confirmed"
+        default=5.0, description="time until the robot's next action is confirmed"
     )
 
 

@@ -70,7 +70,7 @@ class PosePath:
 
 
 def _next_to(before: Pose, pose: Pose) -> Pose:
-    """Return a pose with that of its rotation vectors, rounds about the same axis apart, that is next to the one before."""
+    """Return a pose with its rotation vector changed by full turns about its axis, so that it is nearest to the one before."""
     angle = math.hypot(*pose.rotation)
     turn = pose.rotation if angle > 0 else before.rotation
     axis = [v / (math.hypot(*turn) or 1.0) for v in turn]

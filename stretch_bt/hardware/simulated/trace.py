@@ -16,7 +16,7 @@ from stretch_bt.hardware.simulated.track import Track
 __all__ = ["Reported", "Trace"]
 
 T = TypeVar("T")
-#: at 500 Hz a little more than the second that a camera may look back
+#: number of poses: at 500 Hz a little more than the second that a camera may look back
 _KEPT = 700
 #: how far apart, s, a world that has a memory is taken along it
 _APART = 0.04
@@ -78,7 +78,7 @@ class Reported(Trace[T]):
     between
         Returns what lies between two values, at a part from 0 to 1 of the way.
     now
-        The time of the simulation, s, which may lag behind that of the device.
+        The time of the simulation, s, which may lag behind the device's time.
     """
 
     def __init__(

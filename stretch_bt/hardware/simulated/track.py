@@ -31,7 +31,7 @@ class Track(Generic[T]):
         return segment.path(segment.profile.at(time - segment.start)[0])
 
     def begin(self, time: float, path: Callable[[float], T], profile: Profile) -> float:
-        """Start a motion along a path, from rest, and return when it will end, s; what moved before is cut short."""
+        """Start a motion along a path, from rest, and return when it will end, s; an earlier motion is cut short."""
         recent = [i for i, s in enumerate(self._segments) if s.start <= time - _MEMORY]
         self._segments = [*self._segments[recent[-1] if recent else 0 :], _Segment(time, path, profile)]
         return time + profile.duration

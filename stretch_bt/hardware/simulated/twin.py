@@ -27,7 +27,7 @@ from stretch_bt.simulation.world import Contact, World
 __all__ = ["Twin"]
 
 _HOME = Pose((0.0, 0.0, 0.2))
-_DEEPEST = 0.030  # m; what a node may ask of the hand past first contact
+_DEEPEST = 0.030  # m; greatest depth past first contact that a node may ask for
 
 
 class Twin:
@@ -90,9 +90,9 @@ class Twin:
         self.scene = self.world.scene
 
     def remember(self) -> None:
-        """Take what has a memory to where hand and fingers are now, before they are told to go elsewhere."""
+        """Take everything with a memory to where hand and fingers are now, before they are sent elsewhere."""
         if self.world.memory is not None:
-            with suppress(NoEquilibrium):  # whoever looks is told
+            with suppress(NoEquilibrium):  # the next look raises it
                 self.contact(self.now())
                 self.world.advance(self.hand.at(self.now()).true, self.stretch(self.now()), self.now())
 
@@ -124,7 +124,7 @@ class Twin:
         return Shot(time, number, self.hand.at(seen).true, self.stretch(seen), self.contact(seen))
 
     def delay(self, device: str) -> float:
-        """Return how old what a kind of device tells is, s."""
+        """Return the delay of the readings of a kind of device, s."""
         return sum(effect.delay(device) for effect in self.robot)
 
     def truth(self) -> dict[str, float]:
@@ -141,7 +141,7 @@ class Twin:
         return noise_source(self.seed, source, number)
 
     def _knots(self, last: float, time: float, longest: float) -> list[float]:
-        """Return the moments in (last, time] at which the path turns, and with a memory of time those of its grid."""
+        """Return the moments in (last, time] at which the path turns, and with a memory of time also the moments of its grid."""
         turns = {*self.hand.turns(last, time), *self.fingers.turns(last, time)}
         if not math.isfinite(last):
             turns.add(min(time, 0.0))

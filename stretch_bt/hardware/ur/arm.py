@@ -78,7 +78,7 @@ class UrArm(ArmDriver):
             self._tell_program(process)
 
     def stop(self) -> None:
-        """Brake; raises DeviceLost where that cannot be told, nor be seen that the program ended: then the watchdog stops the arm."""
+        """Brake; raises DeviceLost where the command cannot be sent and the program is not seen to end: then the watchdog stops the arm."""
         process = self._process
         if process is None:
             return
@@ -145,7 +145,7 @@ class UrArm(ArmDriver):
         return self._process
 
     def _checked(self, process: ArmProcess) -> Sample[ArmState]:
-        """Return the newest state; raises for a fault that was not told yet."""
+        """Return the newest state; raises for a fault that was not reported yet."""
         sample = process.latest()
         fault = sample.value.fault
         if fault is not None and fault != self._told:

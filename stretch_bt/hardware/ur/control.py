@@ -120,7 +120,7 @@ class _Cycle:
         """Return why the controller is lost."""
         measured, silent = self.inputs.measured, self.now - self.state.news
         if measured is not None:
-            return None if plausible(measured) else "what the controller sends is broken"
+            return None if plausible(measured) else "the controller's data are broken"
         return f"nothing new came from the controller for {silent:.2g} s" if silent > self.settings.lost_after else None
 
     def _measure(self, measured: Measured) -> None:
@@ -150,7 +150,7 @@ class _Cycle:
             self._feel(s.feeling, measured)
 
     def _feel(self, feeling: Feeling, measured: Measured) -> None:
-        """Take one more sample, and tell the mean of all once the time is over."""
+        """Take one more sample, and report the mean of all once the time is over."""
         samples = (*feeling.samples, measured.wrench)
         over = measured.time >= feeling.until
         self.state = replace(self.state, feeling=None if over else replace(feeling, samples=samples))
@@ -209,7 +209,7 @@ class _Cycle:
         self.state = replace(self.state, waiting=(message, *self.state.waiting))
 
     def _guard(self, number: int) -> None:
-        """Hold the limits from now on, and tell what is past one, or wrong, already."""
+        """Hold the limits from now on, and report a value that is past one, or another fault, that is there already."""
         self.state = replace(self.state, guarded=self.state.engaged)
         if self.state.guarded and (reason := self._passed()) is not None:
             self._fail(reason)

@@ -1,4 +1,4 @@
-"""What goes into a cycle of the process of an arm, what is kept from one to the next, and what comes out."""
+"""Inputs of a cycle of the process of an arm, the state that is kept from one to the next, and the outputs."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _ORIGIN = Pose()
 class Inputs:
     """What came in since the cycle before."""
 
-    #: what the controller sent, where that is new
+    #: the data that the controller sent, where they are new
     measured: Measured | None = None
     messages: tuple[Message, ...] = ()
     #: whether the arm still brakes
     braking: bool = False
-    #: what came of `MakeReady`
+    #: result of `MakeReady`
     engaged: Engaged | None = None
     #: whether the control script took the last setpoint
     taken: bool = True
@@ -105,9 +105,9 @@ class Feeling:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControlState:
-    """What is kept from cycle to cycle; times are those of the monotonic clock, s, where nothing else is said."""
+    """The state that is kept from cycle to cycle; times are by the monotonic clock, s, where nothing else is said."""
 
-    #: of the latest sign of life of the run, news from the controller, look of a tick at the motion, and setpoint that was taken
+    #: times of the latest sign of life of the run, news from the controller, look of a tick at the motion, and setpoint that was taken
     heard: float
     news: float
     watched: float
@@ -120,7 +120,7 @@ class ControlState:
     #: number of the latest news, and what they were
     number: int = 0
     measured: Measured | None = None
-    #: of the hand: deviation from nominal kinematics, place in the base, and pose in the world
+    #: the hand's deviation from nominal kinematics, its place in the base, and its pose in the world
     deviation: Six = _NONE
     hand: Six = _NONE
     pose: Pose = _ORIGIN
@@ -135,5 +135,5 @@ class ControlState:
     engaged: bool = False
     guarded: bool = False
     feeling: Feeling | None = None
-    #: what is still to be done or said, in this order; while the arm brakes it waits
+    #: messages still to be dealt with, in this order; while the arm brakes they wait
     waiting: tuple[Message, ...] = ()

@@ -27,7 +27,7 @@ class Dashboard:
     within
         How long connecting and all answers together may take, s.
     port
-        Of the dashboard.
+        Port of the dashboard.
 
     Raises
     ------

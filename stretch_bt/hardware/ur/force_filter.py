@@ -30,8 +30,8 @@ class HandForce:
 class ForceFilter:
     """The samples of the latest `over` seconds, each with the controller's time of it, s.
 
-    Where samples did not come, older ones stay, up to `count` and 2 s: a mean of the few that came would be noise, and it is what nodes
-    are told. Limits go by those of `over` alone, or they would see a force that rises too late.
+    Where samples did not come, older ones stay, up to `count` and 2 s: a mean of the few that came would be noise, and nodes
+    receive it. Limits go by the samples of `over` alone, or they would see a force that rises too late.
     """
 
     over: float

@@ -49,7 +49,7 @@ def sample_limit(limit: float) -> float:
 
 #: A CB3 estimates the force from joint currents: 3.6 N of deviation were measured, +-10 N are quoted (forum of Universal Robots, topic 229).
 #: 16 samples leave 0.9 N an axis, with which a limit of 5 N is crossed by noise less than once an hour. A UR5e has a sensor, of 4 N
-#: accuracy by its data sheet; its noise is not published, and taken as that of the FT 300 of the same topic, 0.6 N: 4 samples leave 0.3 N.
+#: accuracy by its data sheet; its noise is not published, and taken from the FT 300 of the same topic, 0.6 N: 4 samples leave 0.3 N.
 FORCE_SENSING = {
     "ur5": ForceSensing(deviation=3.6, bias=10.0, filter=0.128, zero_over=0.5, zeroed_at_start=False),
     "ur5e": ForceSensing(deviation=0.6, bias=4.0, filter=0.032, zero_over=0.2, zeroed_at_start=True),

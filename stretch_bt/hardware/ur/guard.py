@@ -12,10 +12,10 @@ from stretch_bt.hardware.ur.messages import Settings, Six
 
 __all__ = ["Measured", "beyond", "plausible", "safety_stop"]
 
-#: what no controller sends: modes, safety bits and joint angles, rad, beyond these
+#: bounds that no controller exceeds: modes, safety bits and joint angles, rad
 _MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
 
-#: bits of `safety_status_bits`, the first one that is set tells the most
+#: bits of `safety_status_bits`, the first one that is set says the most
 _SAFETY = (
     (7, "emergency stop: release the button, switch power and brakes on at the pendant, then start a new run"),
     (
@@ -77,13 +77,13 @@ def beyond(
     Parameters
     ----------
     settings
-        With the limits.
+        Settings with the limits.
     place
-        (3,) of the hand in the world, m.
+        (3,) place of the hand in the world, m.
     speed
-        Of the hand, m/s.
+        Speed of the hand, m/s.
     force
-        On the hand.
+        Force on the hand.
     contact_height
         World height of first contact, m, once it is known.
     """

@@ -22,7 +22,7 @@ _PLAYING = 2
 _STANDS = 1e-4
 #: time within which a program that is stopped must have ended and the arm stand, s
 _ENDING = 2.0
-#: what the control script writes while it waits for commands, and while it has done one
+#: outputs of the control script while it waits for commands, and while it has done one
 _READY, _DONE = 1, 2
 #: command of the control script that asks for the place of the tool at the flange, and how long an answer may take, s
 _ASK_TOOL, _ANSWERING = 40, 0.5
@@ -94,7 +94,7 @@ def _state(options: UrOptions, first: int) -> _State:
 
 
 def _client(options: UrOptions, first: int) -> str | None:
-    """Return who has the control script, None where what runs is not one."""
+    """Return who has the control script, None where the running program is no control script."""
     with Rtde(options.host) as controller:
         commands = controller.claim(f"input_int_register_{first}")
         if commands is None:

@@ -31,7 +31,7 @@ class Kinematics:
     Parameters
     ----------
     name
-        Of the model.
+        Name of the model.
     d, a, alpha
         Six offsets, m, lengths, m, and twists, rad.
     """
@@ -100,7 +100,7 @@ class Kinematics:
     def margin(self, q: Joints) -> float:
         """Return how far six joint angles, rad, are from a singular pose; 0 in one.
 
-        The least of |sin| of elbow and wrist 2, and of the distance, m, by which the wrist is outside the cylinder around the base that it
+        The least of |sin| of elbow and wrist 2, and of the distance, m, of the wrist from the cylinder around the base that it
         cannot enter.
         """
         wrist = math.hypot(*self.frames(q)[5, :2, 3]) - abs(self.d[3])

@@ -26,7 +26,7 @@ _OPEN_FILES = Path("/proc/self/fd")
 #: how often silence is looked at, ms; a connection that ends wakes the thread by itself
 _EVERY = 5
 _ENDED = select.POLLRDHUP | select.POLLHUP | select.POLLERR
-#: of linux/tcp.h: state of a connection that is open both ways; size of what is asked for; place of the time since data came, ms
+#: from linux/tcp.h: state of a connection that is open both ways; size of what is asked for; place of the time since data came, ms
 _ESTABLISHED, _INFO_SIZE, _LAST_RECEIVED = 1, 104, 52
 #: standard input, output and error, which are always open
 _STANDARD = 3
@@ -61,7 +61,7 @@ class Lifelines:
     Parameters
     ----------
     port
-        Of the controller.
+        Port of the controller.
     silent_after
         How long nothing may come by a connection, s.
     end

@@ -87,7 +87,7 @@ def _slider(name: str, options: UrOptions) -> Finding:
 
 
 def _corners(name: str, options: UrOptions, limits: Limits) -> Finding:
-    """Say which corners of the limits the arm does not reach; what it does not reach is refused when it is asked for."""
+    """Say which corners of the limits the arm does not reach; a place out of reach is refused when it is asked for."""
     o = options
     reach = Reach(o.model, o.base.pose, o.hand.pose, joint_speed=o.joint_speed, margin=o.margin)
     spans = [(s.min, s.max) for s in (limits.x, limits.y, limits.height)]

@@ -152,7 +152,7 @@ class Stopped(Answer):
 
 @dataclass(frozen=True, slots=True)
 class ArmState(Message):
-    """From the process: how the arm stands in one cycle. The pose is that of the hand in the robot's base; the wrench is in base axes."""
+    """From the process: how the arm stands in one cycle. The pose is the hand's in the robot's base; the wrench is in base axes."""
 
     #: the controller's time, s, and the number of the cycle
     time: float

@@ -19,7 +19,7 @@ class Mounting:
     Parameters
     ----------
     settings
-        With the model, the base in the world and the hand at the flange.
+        Settings with the model, the base in the world and the hand at the flange.
     """
 
     def __init__(self, settings: Settings) -> None:

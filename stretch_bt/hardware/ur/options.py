@@ -66,51 +66,62 @@ class UrOptions(Options):
     use: Literal["ur"]
     host: Address = Field(description="address of the controller")
     model: Literal["ur5", "ur5e"]
-    base: Placement = Field(description="of the robot's base in the world, measured")
+    base: Placement = Field(description="pose of the robot's base in the world, measured")
     hand: Placement = Field(
-        description="of the hand (centre of the flat membrane, z away from the object) at the flange"
+        description="pose of the hand (centre of the flat membrane, z away from the object) at the flange"
     )
     source: str = Field(min_length=1, description="who measured `base`, `hand` and `payload`, on which robot, when")
-    payload: _Payload | None = Field(default=None, description="else what the installation at the pendant says")
-    tare: bool = Field(default=True, description="take the force at opening as zero; the hand must touch nothing then")
-    loaded: bool = Field(default=False, description="open also where the force at opening is more than bias and noise")
+    payload: _Payload | None = Field(
+        default=None, description="load at the flange; by default the one of the installation at the pendant"
+    )
+    tare: bool = Field(
+        default=True, description="whether the force at opening is taken as zero; the hand must touch nothing then"
+    )
+    loaded: bool = Field(
+        default=False, description="whether it opens also where the force at opening is more than bias and noise"
+    )
     force_filter: Annotated[Time, Within(0.008, 1.0, "Time")] | None = Field(
         default=None,
-        description="over which the force is averaged, for nodes up to 2 s where samples did not come; "
-        "0.128 s for a ur5 and 0.032 s for a ur5e without it",
+        description="time over which the force is averaged, for nodes up to 2 s where samples did not come; "
+        "by default 0.128 s for a ur5 and 0.032 s for a ur5e",
     )
-    rate: _Rate = Field(default=125.0, description="of reading, checking and leading the hand")
-    acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")
+    rate: _Rate = Field(default=125.0, description="rate of reading, checking and leading the hand")
+    acceleration: _Acceleration = Field(default=0.5, description="acceleration at the begin and the end of each motion")
     stop_acceleration: _Acceleration = Field(
-        default=2.0, description="of stopping before the end; more where the watchdog would not wait"
+        default=2.0, description="deceleration of a stop before the end; more where the watchdog would not wait"
     )
-    lookahead: Annotated[Time, Within(0.03, 0.2, "Time")] = Field(default=0.05, description="of the controller's servo")
-    gain: Annotated[float, Within(100.0, 2000.0)] = Field(default=300.0, description="of the controller's servo")
+    lookahead: Annotated[Time, Within(0.03, 0.2, "Time")] = Field(
+        default=0.05, description="lookahead time of the controller's servo"
+    )
+    gain: Annotated[float, Within(100.0, 2000.0)] = Field(default=300.0, description="gain of the controller's servo")
     joint_speed: Annotated[AngularSpeed, Within(0.01, math.pi, "AngularSpeed")] = Field(
-        default=1.0, description="that no motion may ask of a joint"
+        default=1.0, description="largest speed that a motion may ask of a joint"
     )
     margin: Annotated[float, Within(0.0, 0.5)] = Field(
-        default=0.05, description="to where the arm is stretched out or folded: sines of elbow and wrist, and m"
+        default=0.05,
+        description="least distance to where the arm is stretched out or folded: sines of elbow and wrist, and m",
     )
     tolerance: Annotated[Length, Within(0.0001, 0.01, "Length")] = Field(
-        default=0.001, description="how far from its target a motion may end"
+        default=0.001, description="largest distance of a motion's end from its target"
     )
     contact_force: Annotated[Force, Within(0.5, 200.0, "Force")] | None = Field(
-        default=None, description="gained on the way at which a motion ends as blocked; none ends so without it"
+        default=None, description="force gained on the way at which a motion ends as blocked; none ends so without it"
     )
-    registers: Literal["lower", "upper"] = Field(default="upper", description="of RTDE that the control script uses")
+    registers: Literal["lower", "upper"] = Field(
+        default="upper", description="registers of RTDE that the control script uses"
+    )
     watchdog: _Watchdog = Field(
-        default=5.0, description="of the controller: it stops the arm without a command this often"
+        default=5.0, description="least rate of commands, below which the controller stops the arm"
     )
     lost_after: Annotated[Time, Within(0.05, 2.0, "Time")] = Field(
-        default=0.12, description="without news from the controller"
+        default=0.12, description="time without news from the controller after which it counts as lost"
     )
     noisy: bool = Field(
         default=True,
-        description="no two forces are alike, so that one that stands is found; false where a simulation has no noise",
+        description="whether no two forces are alike, so that one that stands is found; false where a simulation has no noise",
     )
     heartbeat: Annotated[Time, Within(0.1, 5.0, "Time")] = Field(
-        default=0.5, description="without a sign of life from the run after which the arm is stopped"
+        default=0.5, description="time without a sign of life from the run after which the arm is stopped"
     )
 
     def halt(self, name: str) -> Finding:

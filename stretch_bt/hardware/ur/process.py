@@ -36,7 +36,7 @@ class ArmKeeper:
     Parameters
     ----------
     channel
-        To the driver.
+        Channel to the driver.
     first
         Messages that came already, the first of them `Settings`.
     """
@@ -48,7 +48,7 @@ class ArmKeeper:
         self._session = Session(settings, Lifelines(RTDE, settings.lost_after))
         self._control = Control(settings)
         self._braking: threading.Thread | None = None
-        #: what came of the commands of the cycle before
+        #: results of the commands of the cycle before
         self._engaged: Engaged | None = None
         self._taken = True
 

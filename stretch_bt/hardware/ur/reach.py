@@ -32,11 +32,11 @@ class Reach:
     model
         Name of the robot.
     base, hand
-        Of the robot's base in the world, and of the hand at the flange.
+        Poses of the robot's base in the world, and of the hand at the flange.
     joint_speed
-        That no joint may exceed, rad/s.
+        Speed that no joint may exceed, rad/s.
     margin
-        To singular poses, as `Kinematics.margin`.
+        Least distance to singular poses, as `Kinematics.margin`.
     """
 
     def __init__(self, model: str, base: Pose, hand: Pose, *, joint_speed: float, margin: float) -> None:

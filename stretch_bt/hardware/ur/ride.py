@@ -17,9 +17,9 @@ __all__ = ["Ride"]
 
 #: how far the hand may be behind its setpoint: m, and s of its way
 _BEHIND, _BEHIND_TIME = 0.0015, 0.3
-#: how long it may take to settle, s, while what it may be behind shrinks, and how near the target that is over at once, m
+#: longest time to settle, s, in which the allowed lag shrinks, and the distance from the target at which that ends at once, m
 _SETTLING, _SETTLED = 0.5, 5e-5
-#: what turns an angle into a distance, m
+#: lever that turns an angle into a distance, m
 _LEVER = 0.1
 
 

@@ -16,7 +16,7 @@ from typing import Any
 __all__ = ["Rtde"]
 
 _PORT, _WITHIN = 30004, 2.0
-#: of the packages of a reading, 1/s; every controller has it
+#: rate of the packages of a reading, 1/s; every controller has it
 _RATE = 125.0
 _LONGEST = 8192
 _TYPES = {"DOUBLE": "d", "UINT32": "I", "INT32": "i", "VECTOR6D": "6d"}
@@ -35,7 +35,7 @@ class Rtde:
     Raises
     ------
     OSError
-        Nobody answers in time, or what answers is no controller.
+        Nobody answers in time, or the answer is not from a controller.
     """
 
     def __init__(self, host: str, within: float = _WITHIN) -> None:
@@ -110,7 +110,7 @@ class Rtde:
     def _package(self) -> tuple[int, bytes]:
         size, kind = struct.unpack(">HB", self._bytes(3))
         if not 3 <= size <= _LONGEST:
-            raise OSError("what answers is no controller, or a broken one")
+            raise OSError("the answer is from no controller, or from a broken one")
         return kind, self._bytes(size - 3)
 
     def _bytes(self, count: int) -> bytes:
@@ -127,7 +127,7 @@ def _unpack(types: Sequence[str], data: bytes) -> list[Any]:
     layouts = [">" + _TYPES[name] for name in types]
     sizes = [struct.calcsize(layout) for layout in layouts]
     if sum(sizes) != len(data):
-        raise OSError("what the controller sends is broken")
+        raise OSError("the controller's data are broken")
     found, start = [], 0
     for layout, size in zip(layouts, sizes, strict=True):
         values = struct.unpack(layout, data[start : start + size])

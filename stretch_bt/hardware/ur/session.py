@@ -73,7 +73,7 @@ class Session:
         self._control: RTDEControlInterface | None = None
 
     def measure(self, after: float) -> Measured | None:
-        """Return what came last, where that has another time than `after`, s of the controller; raises OSError once the connection is lost."""
+        """Return the latest measurement, unless its time is `after`, s of the controller; raises OSError once the connection is lost."""
         receive = self._receive
         if not receive.isConnected():
             raise OSError("the controller closed the connection")
@@ -90,7 +90,7 @@ class Session:
                 receive.getSafetyStatusBits(),
             )
             before, time = time, receive.getTimestamp()
-            if time == before:  # else a package came meanwhile, and what was read is of two
+            if time == before:  # else a package came meanwhile, and the values are of two
                 return measured
         return None
 
@@ -159,7 +159,7 @@ class Session:
             raise Refused("the control script does not run on the controller; look at the pendant")
 
     def _takes_upper(self) -> bool:
-        """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but tells its script otherwise."""
+        """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but its script the upper ones."""
         return self._settings.upper_registers and self._version < LOWER_ONLY
 
     def _configure(self) -> None:
@@ -174,7 +174,7 @@ class Session:
         if self._apart() >= _UNLIKE:
             raise Refused(
                 f"the tool is {1e3 * self._apart():.0f} mm from where a {s.model} has it at these joint angles; "
-                "`model` or `hand` of the cell file are not those of this robot"
+                "`model` or `hand` of the cell file do not fit this robot"
             )
 
     def _apart(self) -> float:

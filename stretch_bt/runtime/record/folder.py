@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 FORMAT = "stretch-record/1"
-#: what is kept of a run: everything, what happened without what the devices read, or no record
+#: kept part of a run: everything, the events without the readings of devices, or no record
 Kept = Literal["full", "events", "none"]
 KEPT: tuple[Kept, ...] = ("full", "events", "none")
 RUN, EVENTS, MCAP, RESULT, REPORT = "run.json", "events.jsonl", "record.mcap", "result.json", "report.html"

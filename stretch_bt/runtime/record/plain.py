@@ -37,7 +37,7 @@ def dumps(value: Any) -> bytes:
 def plain(value: Any, depth: int = MAX_DEPTH) -> Any:
     """Return a value as JSON's own types.
 
-    Dataclasses become their fields, enums their values, arrays `{"shape", "dtype", "sha256"}` with 16 hex digits, those of
+    Dataclasses become their fields, enums their values, arrays `{"shape", "dtype", "sha256"}` with 16 hex digits, arrays of
     floats with `{"finite", "largest", "mean", "weighted"}` too, and numbers that JSON lacks the strings "NaN", "Infinity" and
     "-Infinity". Anything else becomes `{"type": its name}`.
     """

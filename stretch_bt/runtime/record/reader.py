@@ -29,7 +29,7 @@ __all__ = ["Handed", "RecordReader"]
 class Handed:
     """Something that a device handed to a node.
 
-    `name` is that of the reading, the owner of the motion, or empty for a fault; `value` is a Reading, a MotionState or
+    `name` is the name of the reading, the owner of the motion, or empty for a fault; `value` is a Reading, a MotionState or
     a DeviceFault.
     """
 
@@ -130,7 +130,7 @@ class RecordReader:
         return [self._object(message) for message in self._handed.get(tick, [])]
 
     def readings(self, tick: int, *, frames: bool = True) -> list[tuple[str, str, Reading[Any]]]:
-        """Return the device, name and reading of each reading in a tick, in order; with or without those of frames."""
+        """Return the device, name and reading of each reading in a tick, in order; with or without the readings of frames."""
         found = [m for m in self._handed.get(tick, []) if frames or m.schema != FRAME]
         return [(h.device, h.name, h.value) for h in map(self._object, found) if h.kind == "reading"]
 

@@ -26,7 +26,7 @@ _LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally":
 
 
 class _Streams:
-    """The files that grow during a run: the events, and what the devices read where that is kept."""
+    """The files that grow during a run: the events, and the readings of the devices where they are kept."""
 
     def __init__(self, folder: Path, header: Any, run_info: bytes, *, readings: bool) -> None:
         self.events = EventLog(folder / EVENTS, header, beside=readings)

@@ -43,7 +43,7 @@ class ChunkFile:
         Raises
         ------
         InvalidInput
-            A byte of what was read is not as it was written, or a chunk would take more than `MAX_CHUNK`; the text says
+            A byte that was read is not as it was written, or a chunk would take more than `MAX_CHUNK`; the text says
             where.
         """
         from mcap.opcode import Opcode
@@ -117,7 +117,7 @@ def _records(chunk: bytes, name: str) -> list[Any]:
 
 
 def _unpacked(chunk: Any, name: str) -> bytes:
-    """Return the content of a chunk; what unpacks it is told where to stop, whatever size the packed bytes state."""
+    """Return the content of a chunk; its unpacker is given a limit, whatever size the packed bytes state."""
     from lz4.frame import LZ4FrameDecompressor
     from zstandard import ZstdDecompressor, frame_content_size
 

@@ -1,4 +1,4 @@
-"""A file that is written at the boundaries of ticks: what a tick appends waits in memory until `commit`."""
+"""A file that is written at the boundaries of ticks: bytes that a tick appends wait in memory until `commit`."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class Written:
         if changed is not None:
             return self._parse(self.size), changed
         last = reached[-1].events if reached else 0
-        # of a run that was killed the events of the last tick may be missing, of one that goes on those of more
+        # in a killed run the events of the last tick may be missing, in a run that goes on the events of more ticks
         if len(reached) < len(marks) - (0 if closed else 1) and not self._grows():
             self._parse(self.size)
             raise self._damaged(
@@ -101,7 +101,7 @@ class Written:
         return self.path.stat().st_size > self.size
 
     def _changed(self, marks: Sequence[Mark]) -> RecordError | None:
-        """Return what says between which lines the first byte is that is not as it was written."""
+        """Return the error that says between which lines the first changed byte is; None where no byte is changed."""
         crc = 0
         for before, mark in pairwise([Mark(0, 0), *marks]):
             crc = zlib.crc32(self._data[before.events : mark.events], crc)

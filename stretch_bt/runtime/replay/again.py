@@ -82,7 +82,7 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     """Tick the recorded tree again on the recorded readings.
 
     A record says where its tree stood. Python modules that stood beside it are executed only with `trust`; those
-    that are installed always. `say` is told the path of each file beside the tree before it is executed.
+    that are installed always. `say` receives the path of each file beside the tree before it is executed.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _check_heard(reader: RecordReader) -> None:
     """Refuse a record that lacks the readings of a device."""
     silent = reader.run_info.get("silent_devices") or []
     if silent:
-        what = f"readings of {', '.join(silent)} are not in this record: the caller gave a device that tells no journal"
+        what = f"readings of {', '.join(silent)} are not in this record: the caller gave a device that reports to no journal"
         hint = "write a driver for it and open it in a cell, or give it 'tell(name, journal)' as a scripted device has; record it again"
         raise refuse(reader.folder / RUN, "record-incomplete", what, hint)
 
@@ -131,7 +131,7 @@ def _in_record(folder: Path, record: Path) -> Iterator[None]:
     try:
         yield
     except FileError as error:
-        # what is unknown without a module that may not be executed is told by that alone
+        # names that are unknown without a module that may not be executed are not reported, only the module is
         refused = [finding for finding in error.diagnostics if finding.code == "import"] or error.diagnostics
         raise RecordError([_moved(finding, folder, record) for finding in refused]) from error
 
@@ -260,14 +260,14 @@ def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) 
     )
 
 
-#: by name, what devices raise
+#: names of the faults that devices raise
 _FAULTS = {
     cls.__name__ for cls in vars(errors).values() if isinstance(cls, type) and issubclass(cls, errors.DeviceFault)
 }
 
 
 def _decided(events: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the events that a replay repeats: not that a tick was late, nor faults once the task has ended, of which nodes tell the rest."""
+    """Yield the events that a replay repeats: not that a tick was late, nor faults once the task has ended, whose effects the nodes show."""
     stopped = False
     for event in events:
         stopped = stopped or event["type"] == "stop"

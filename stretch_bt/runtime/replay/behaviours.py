@@ -59,7 +59,7 @@ class _Again:
         while self._done and self._done[0]["tick"] == tick and self._done[0].get("status") != _INTERRUPTED:
             event = self._done.popleft()
             if event["type"] == "status":
-                self._node.unwritten = 0  # what goes to no key is in no record
+                self._node.unwritten = 0  # a value that goes to no key is in no record
                 self._node.reason = event.get("reason", "")
                 return Status[event["status"]]
             self._write(event)
@@ -69,7 +69,7 @@ class _Again:
         return self._goes_on()
 
     def _goes_on(self) -> Status:
-        """Run on; what it last said of itself is in the record where it was interrupted."""
+        """Run on; its last reason is in the record where it was interrupted."""
         following = next((event for event in self._done if event["type"] == "status"), None)
         if following is not None and following["status"] == _INTERRUPTED:
             self._node.reason = following.get("reason", "")
@@ -78,7 +78,7 @@ class _Again:
     def _break(self, how: str, tick: int | None = None) -> None:
         for event in self._broken:
             reason = str(event["reason"]).removeprefix(f"{self._node.path}: ")
-            # what broke before the first tick or after the last is told apart from what broke in one
+            # an error before the first tick or after the last is distinguished from an error in a tick
             outside = tick is not None and reason.startswith(("setup() broke", "shutdown() broke"))
             if reason.startswith(how) and tick in (None, event["tick"]) and not outside:
                 raise NodeError(self._node.path, reason)

@@ -1,4 +1,4 @@
-"""Comparing two logs: what was decided, and the last digits, which another processor changes."""
+"""Comparing two logs: the decisions, and the last digits, which another processor changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 __all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 
-#: how far a number may be from the recorded one: of itself, and of its standard deviation
+#: largest difference of a number from the recorded one: as a part of itself, and of its standard deviation
 RELATIVE, OF_SD = 1e-6, 1e-3
 #: SI; a smaller number is compared as if it were so large: next to nothing has no last digits
 TINY = 1e-9

@@ -1,4 +1,4 @@
-"""Devices that say what a record says, and note what they are told."""
+"""Devices that say what a record says, and note the commands that they get."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class _ReplayedDevice:
         self.stop()
         self.journal.command(self.name, name, arguments, owner)
         fault = self.log.due_fault(self.name)
-        # a motion that began and was lost is told to stop; one that the device did not take is none
+        # a motion that began and was lost gets a stop command; a command that the device did not take is no motion
         of_later = isinstance(fault, LimitExceeded | StaleReading) or self.log.commanded(self.name, owner, "stop")
         if fault is not None and not of_later:
             self.raise_due()
@@ -199,7 +199,7 @@ for _cls in _REPLAYED.values():
 
 
 def _is_of(fault: LimitExceeded, wrench: Wrench) -> bool:
-    """Whether a fault tells the force of a reading: the arm that read it was halted by it."""
+    """Whether a fault names the force of a reading: the arm that read it was halted by it."""
     told = re.search(r"force ([-+.\de]+) N", fault.reason)
     return told is not None and math.isclose(float(told[1]), wrench.magnitude, rel_tol=1e-2)
 

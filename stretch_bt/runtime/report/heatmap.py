@@ -12,7 +12,7 @@ __all__ = ["Map", "Tile", "heatmaps", "tint"]
 WIDTH, LEFT, TOP, BOTTOM, GAP = 460, 30, 26, 34, 8
 ROW = 10  # px, height of a tile
 UNKNOWN = "#d4d8de"
-#: from -1 over 0 to 1
+#: colours from -1 over 0 to 1
 _BELOW, _NONE, _ABOVE = (33, 102, 172), (250, 250, 248), (178, 24, 43)
 
 

@@ -1,4 +1,4 @@
-"""What every driver keeps to, as a class of tests for pytest: each clause says what it protects, each failure what is wrong."""
+"""The contract of every driver, as a class of tests for pytest: each clause says what it protects, each failure says the mistake."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def device_contract(
 ) -> type[Any]:
     """Return a class of tests for one device of a cell; give it a name that begins with `Test`.
 
-    Nothing moves unless `moves` is given. Each test brings up the simulator anew, opens the device and closes it. What cannot be
-    tested with what is given is skipped, with what to give.
+    Nothing moves unless `moves` is given. Each test brings up the simulator anew, opens the device and closes it. A test that
+    needs more than is given is skipped, and says what to give.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def device_contract(
     device
         Name of the device in it.
     start
-        Brings up a simulator: returns a context manager, a generator that yields once, what has `stop` or `close`, or a process
+        Brings up a simulator: returns a context manager, a generator that yields once, an object with `stop` or `close`, or a process
         (`Popen`), which is terminated, and killed where it does not end.
     moves
         Two places, between which a device that moves is moved: openings, m, or poses, of different rotation where that is to be tested;
@@ -69,7 +69,7 @@ def device_contract(
     cut
         Breaks the connection of the simulator, which it is given where it takes an argument.
     speed
-        Of the motions, m/s; 50 mm/s unless told, or what the cell allows. Between near places some are slower, so that a stop shows.
+        Speed of the motions, m/s; by default 50 mm/s, or what the cell allows. Between near places some are slower, so that a stop shows.
     scene
         What is simulated, for a device of the twin.
     kind

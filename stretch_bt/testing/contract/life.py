@@ -22,7 +22,7 @@ _ENDING, _CLOSING = 2.0, 5.0
 class LifeClauses:
     """Clauses for every device."""
 
-    #: what a test must be given for the clauses of a class
+    #: arguments that a test must have for the clauses of a class
     needs: ClassVar[tuple[str, ...]] = ()
     contract: ClassVar[Contract]
     trial: Trial

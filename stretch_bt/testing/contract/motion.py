@@ -19,9 +19,9 @@ __all__ = ["MotionClauses"]
 
 #: how long a command may keep a tick waiting, s; a device may need as long to begin and to brake
 _COMMAND, _BEGINNING, _BRAKING = 0.3, 0.3, 0.3
-#: how many times longer what is left of a way lasts than the device may go on after a stop; the slowest motion for that, m/s
+#: how many times longer the rest of a way lasts than the device may go on after a stop; the slowest motion for that, m/s
 _SEEN, _CREEP = 1.2, 0.002
-#: for how long a way lasts at least by which a speed is judged, s
+#: shortest duration of a way from which a speed is judged, s
 _JUDGED = 0.5
 _TRIES = 3
 #: least and greatest part of the time that the way takes at the speed
@@ -72,7 +72,7 @@ class MotionClauses(ReadingClauses):
             if not left:
                 fault(
                     f"a command took {took:.2f} s, at most {longest:.2g} s allowed: "
-                    "begin the motion, and tell of it in the function that is returned"
+                    "begin the motion, and report its state in the function that is returned"
                 )
             self.trial.go(device, home)
         if (state := motion.poll()) is not MotionState.MOVING:
@@ -100,7 +100,7 @@ class MotionClauses(ReadingClauses):
         if course.ended < least:
             why = "the speed is not sent, or in another unit"
             if distance(here, settled) > self.contract.tolerance:
-                why = "DONE is told before it arrived"
+                why = "DONE is reported before it arrived"
             fault(
                 f"a way of {1e3 * way:.0f} mm was done after {course.ended:.2f} s; at {speed} it takes {way / asked:.2f} s: {why}"
             )
@@ -108,7 +108,7 @@ class MotionClauses(ReadingClauses):
         if course.ended > longest:
             fault(
                 f"a way of {1e3 * way:.0f} mm took {course.ended:.2f} s; at {speed} it takes {way / asked:.2f} s: "
-                "the speed is not sent, or DONE is told late"
+                "the speed is not sent, or DONE is reported late"
             )
 
     def _ended_before(self, device: Any, course: Any) -> NoReturn:
@@ -119,11 +119,11 @@ class MotionClauses(ReadingClauses):
             f"{1e3 * distance(there, self._target):.1f} mm from its target"
         )
         if distance(settled, self._target) <= self.contract.tolerance:
-            fault(f"{what}, which it then reached: the end is told too early")
+            fault(f"{what}, which it then reached: the end is reported too early")
         fault(what)
 
     def test_readings_follow_the_motion(self) -> None:
-        """Guards and depths go by what is read while it moves: what is read late is passed before anybody stops."""
+        """Guards and depths go by readings while it moves: a limit that is read late is passed before anybody stops."""
         device, home = self._at_home()
         course = self._follow(device, self._begin(device))
         tolerance, latency = self.contract.tolerance, self.contract.latency
@@ -146,7 +146,7 @@ class MotionClauses(ReadingClauses):
             fault(
                 f"when the motion ended as {course.state}, the reading was {1e3 * distance(course.states[-1][1], self._target):.1f} mm "
                 "from the target and came "
-                f"there {end:.2g} s later, at most {latency:g} s allowed: that reading is {end:.2g} s old, or the end is told too early"
+                f"there {end:.2g} s later, at most {latency:g} s allowed: that reading is {end:.2g} s old, or the end is reported too early"
             )
 
     def test_stop_ends_a_motion(self) -> None:
@@ -215,7 +215,7 @@ class MotionClauses(ReadingClauses):
                 break
         else:
             fault(
-                f"the motion to {shown(self._target)} is {course.state} for {course.ended:.1f} s: its end is not told"
+                f"the motion to {shown(self._target)} is {course.state} for {course.ended:.1f} s: its end is not reported"
             )
         return course
 

@@ -1,4 +1,4 @@
-"""Clauses on what a device tells: numbers, times, ages and units."""
+"""Clauses on the readings of a device: numbers, times, ages and units."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = ["ReadingClauses"]
 
 #: for how long readings are looked at from the moment of opening, s: a queue that grows is late by then
 _LOOK = 1.6
-#: of a device that is slower than that, how many of its greatest ages
+#: the same for a slower device, in its greatest ages
 _AGES = 3.0
 #: how long a tick may wait for one reading, s, of its 20 ms; more where the machine is busy
 _QUICK = 0.03
 _FEWEST = 5
 _LONGEST_OPENING, _FARTHEST, _STRONGEST = 1.0, 20.0, 1e4
-#: of a picture, m
+#: depths of a picture, m
 _NEAREST_DEPTH, _FARTHEST_DEPTH = 0.005, 20.0
 
 
@@ -80,7 +80,7 @@ class ReadingClauses(LifeClauses):
             ahead = max(s.reading.host_time - s.at for s in seen)
             if ahead > 1e-6:
                 fault(
-                    f"the host time of {name}() is {ahead:.3g} s in the future: it is that of now(), s, when the value was taken"
+                    f"the host time of {name}() is {ahead:.3g} s in the future: it is the time now(), s, at which the value was taken"
                 )
             if (age := statistics.median(s.at - s.reading.host_time for s in seen)) > latency:
                 fault(f"{name}() is {age:.2g} s old, at most {latency:g} s allowed: read the device more often")
@@ -101,7 +101,7 @@ class ReadingClauses(LifeClauses):
         """Compare the device's clock with the host's; the reading that is least late gives their difference."""
         latency = self.contract.latency
         least = min(s.at - s.reading.device_time for s in seen)
-        last = seen[2 * len(seen) // 3 :]  # what waits in a queue is late for good, what a busy machine delays is not
+        last = seen[2 * len(seen) // 3 :]  # a queued reading is late for good, one that a busy machine delays is not
         late = statistics.median(s.at - s.reading.device_time for s in last) - least
         if late > latency:
             said = statistics.median(s.at - s.reading.host_time for s in last)

@@ -16,7 +16,7 @@ __all__ = ["CameraClauses", "ForceClauses"]
 
 #: for how long frames are kept, s, and how many greatest ages of a slow camera
 _LOOK, _AGES = 1.0, 3.0
-#: after what time a load shows in a reading, and how long it stands before it is taken as zero, s
+#: longest time until a load shows in a reading, and how long it stands before it is taken as zero, s
 _LOADING, _STANDING = 3.0, 0.5
 
 
@@ -52,14 +52,14 @@ class CameraClauses(ReadingClauses):
                 f"frame.time is {frame.time:.3f} s, its reading has {reading.device_time:.3f} s by the device's clock"
             )
         if device.intrinsics != frame.intrinsics:
-            fault("the intrinsics of the device and those of its frame differ")
+            fault("the intrinsics of the device and of its frame differ")
 
 
 class ForceClauses(ReadingClauses):
     """Clauses on a force sensor."""
 
     def test_zero_takes_the_present_wrench_as_zero(self) -> None:
-        """A task zeroes the sensor before it touches: what is left then is added to every force."""
+        """A task zeroes the sensor before it touches: a residual is then added to every force."""
         trial, most = self.trial, self.contract.tolerance
         device = trial.open()
         before = trial.read(device, "wrench").value

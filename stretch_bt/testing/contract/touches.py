@@ -1,4 +1,4 @@
-"""What code reaches outside of its process, as the interpreter's audit events tell."""
+"""What code reaches outside of its process, by the interpreter's audit events."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 __all__ = ["touches"]
 
-#: of each event, which of its arguments says what is reached
+#: by event, the index of its argument that says what is reached
 _EVENTS = {
     "socket.connect": 1,
     "socket.bind": 1,
@@ -34,7 +34,7 @@ _DEVICE = re.compile(r"/dev/(?!(null|zero|full|u?random|std\w+|fd|shm)\b)|COM\d|
 
 
 class _Heard:
-    """What the interpreter tells of while it listens; such a hook cannot be taken away again."""
+    """What the interpreter reports while it listens; such a hook cannot be taken away again."""
 
     listening = False
     touched: ClassVar[list[str]] = []

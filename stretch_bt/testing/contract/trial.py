@@ -27,13 +27,13 @@ from stretch_bt.testing.contract.simulator import brought_up, call_with
 
 __all__ = ["READINGS", "Contract", "Trial", "fault"]
 
-#: what each kind of device can be asked for
+#: readings that each kind of device has
 READINGS = {"Arm": ("pose", "wrench"), "Gripper": ("opening",), "DepthCamera": ("frame",), "ForceSensor": ("wrench",)}
 #: old readings are tested by the clauses, so none is refused before, s
 _ANY_AGE = 1e6
 _SCENE = "water_balloon"
 _STEP = 0.01
-#: that a motion of the contract may take, s
+#: longest time that a motion of the contract may take, s
 _LONGEST = 60.0
 _SPEED = 0.05
 
@@ -45,7 +45,7 @@ def fault(text: str) -> NoReturn:
 
 @dataclass(frozen=True)
 class Contract:
-    """What `device_contract` was told."""
+    """The arguments of `device_contract`."""
 
     cell: Any
     device: str
@@ -57,7 +57,7 @@ class Contract:
     speed: float | None
     scene: str | Path | None
     load: Callable[..., Any] | None = None
-    #: what was read for the clauses on readings
+    #: readings for the clauses on readings
     looked: dict[str, list[Any]] = field(default_factory=dict)
 
     @contextmanager
@@ -83,7 +83,7 @@ class Trial:
             raise InvalidInput(f"the cell has no device {contract.device!r}, but {', '.join(spec.devices)}")
         self.contract, self.simulator, self.spec = contract, simulator, spec
         self.kind = spec.devices[contract.device].type
-        #: twins and recordings go by a clock that the test moves, all else by that of the machine
+        #: twins and recordings go by a clock that the test moves, all else by the machine's clock
         self.virtual = None if spec.devices[contract.device].implementation.real else VirtualClock()
         self.now: Callable[[], float] = time.monotonic if self.virtual is None else self.virtual.now
         #: places between which it is moved, once it was opened
@@ -99,7 +99,7 @@ class Trial:
 
     @property
     def speed(self) -> float:
-        """Speed of the motions, m/s: as told, else one that the limits of the cell allow."""
+        """Speed of the motions, m/s: as given, else one that the limits of the cell allow."""
         limits = self.spec.limits
         return self.contract.speed or min(_SPEED, limits.gripper_speed if self.kind == "Gripper" else limits.speed)
 
@@ -129,7 +129,7 @@ class Trial:
     def close(self) -> None:
         """Close every cell that was opened."""
         for cell in self._cells:
-            with suppress(Exception):  # a clause has told what is wrong
+            with suppress(Exception):  # a clause has reported the mistake
                 cell.close()
 
     def wait(self, duration: float) -> None:
@@ -160,7 +160,7 @@ class Trial:
         return self.read(device, self.readings[0]).value
 
     def move(self, device: Any, target: Any, speed: float | None = None, owner: str = "contract") -> Motion:
-        """Begin a motion, at another speed, m/s, than the usual one where it is told."""
+        """Begin a motion, at another speed, m/s, than the usual one where it is given."""
         motion: Motion = device.move(target, speed=speed or self.speed, owner=owner)
         return motion
 
@@ -178,12 +178,12 @@ class Trial:
         return min(wanted, _LONGEST)  # a place that is wrong by orders must not make a test wait for an hour
 
     def break_connection(self) -> None:
-        """Cut the device off, as the test was told."""
+        """Cut the device off, as the contract says."""
         assert self.contract.cut is not None
         call_with(self.contract.cut, self.simulator)
 
     def put_load(self, device: Any) -> None:
-        """Put a load on a force sensor, as the test was told: on its simulator, or on the open device where there is none."""
+        """Put a load on a force sensor, as the contract says: on its simulator, or on the open device where there is none."""
         assert self.contract.load is not None
         call_with(self.contract.load, device if self.simulator is None else self.simulator)
 

@@ -39,7 +39,7 @@ def format_of(path: Path) -> str:
         *most, last = _ENDINGS
         raise InvalidInput(
             f"{path.name!r} does not end in {', '.join(most)} or {last}; write a name such as {path.stem}.svg, or name "
-            f"what it is to hold with --format {', '.join(FORMATS[:-1])} or {FORMATS[-1]}"
+            f"its format with --format {', '.join(FORMATS[:-1])} or {FORMATS[-1]}"
         )
     return _ENDINGS[ending]
 

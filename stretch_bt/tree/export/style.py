@@ -49,7 +49,7 @@ def legend(kinds: set[str]) -> list[tuple[str, str]]:
 
 
 def glyph(view: View) -> str:
-    """Return the heading of a node: its sign, its name, and what it is when the name does not say so."""
+    """Return the heading of a node: its sign, its name, and its kind when the name does not say it."""
     said = view.title in (view.keyword, view.keyword.rpartition(".")[2]) or view.keyword == "tree"
     return f"{sign(view)} {view.title}".lstrip() + ("" if said else f" ({view.keyword})")
 

@@ -75,7 +75,7 @@ def _view(program: Program, paths: Paths, part: Part, path: str) -> View:
 
 
 def kind_of(part: Part) -> str:
-    """Return what sort of node a part is: `tree`, `flow`, `condition`, `data`, or the kind of its class."""
+    """Return the sort of node of a part: `tree`, `flow`, `condition`, `data`, or the kind of its class."""
     if isinstance(part, Leaf):
         return str(part.info.cls.kind)
     if isinstance(part, Call):

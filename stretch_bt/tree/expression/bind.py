@@ -106,7 +106,7 @@ def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
 
 
 def _or_none(read: Thunk) -> Thunk:
-    """Return what gives None where there is no value."""
+    """Return a function that gives None where there is no value."""
 
     def maybe() -> Any:
         try:
@@ -118,7 +118,7 @@ def _or_none(read: Thunk) -> Thunk:
 
 
 def _finite(name: str, function: Callable[..., Any], *values: Any) -> Any:
-    """Return a number; raises InvalidInput, with what was worked out, where there is none that a key could hold."""
+    """Return a number; raises InvalidInput, with the calculation, where the result is none that a key could hold."""
     try:
         result = function(*values)
         if -_LARGEST <= result <= _LARGEST:

@@ -9,7 +9,7 @@ from stretch_bt.tree.types import NONE
 
 __all__ = ["may_lack"]
 
-#: that have a value of every list, an empty one included
+#: functions that have a value for every list, also for an empty one
 _ALWAYS = ("len", "sum", "sort")
 
 

@@ -55,7 +55,7 @@ class Wire:
     text: str = ""
     may_be_absent: bool = False  # of an input that its caller may leave out: the port keeps its default
     optional: bool = False  # of a record that was left out: unset while nothing has written it
-    #: what the error of the value is that of: a name as it is, or a function that passes an error on; else None
+    #: the expression whose error the value has: a name as it is, or a function that passes an error on; else None
     source: Expression | None = None
     items: tuple[Mark, ...] = ()  # the places of the items of a list that is written out
 
@@ -127,7 +127,7 @@ class Part(ABC):
 
     @abstractmethod
     def flow(self, data: DataFlow, known: Known) -> Flow:
-        """Check what is read against what is known to be written, and return what is known afterwards."""
+        """Check the names that are read against the names known to be written, and return the names known afterwards."""
 
     @abstractmethod
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
@@ -208,7 +208,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
                 self.feedback_message = ""
                 self.begin()
             status = yield from self.decide()
-        except NoAnswer as refusal:  # of what its own expression reads: a child tells its own as FAILURE
+        except NoAnswer as refusal:  # of readings in its own expression: a child reports its own as FAILURE
             self.feedback_message = refusal.reason
             self.unanswered = True
             status = Status.FAILURE

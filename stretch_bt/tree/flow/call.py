@@ -108,7 +108,7 @@ class CallNode(FlowNode):
                 cell.give(default, self.path)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
-        """Tick the body, then `finish`; what they did not write has its default once they succeeded."""
+        """Tick the body, then `finish`; an output that they did not write has its default once they succeeded."""
         status = yield from self._decided()
         if status is Status.SUCCESS:
             for relay in self.relays:

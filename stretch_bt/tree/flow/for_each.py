@@ -73,7 +73,7 @@ class ForEach(Part):
         return {"items": self.items.text, "as": f"${self.key}"} | self.passes.written()
 
     def own_writes(self) -> Iterator[tuple[str, str, Mark]]:
-        """Yield the key of the items, and those of its passes."""
+        """Yield the key of the items, and the keys of its passes."""
         for key, mark in ((self.key, self.key_mark), *self.passes.marks.items()):
             yield key, self.keyword, mark
 

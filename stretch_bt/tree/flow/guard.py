@@ -28,7 +28,7 @@ Explain = Callable[[], str]
 @construct
 @dataclass(slots=True)
 class Guard(Part):
-    """FAILURE on the first tick that finds `that` false; what runs under it is interrupted first."""
+    """FAILURE on the first tick that finds `that` false; everything that runs under it is interrupted first."""
 
     that: Wire
     do: Part

@@ -97,7 +97,7 @@ class Parallel(Part):
                 self.selected.append(labels.index(name))
             elif name in labels:
                 message = f"several children of this 'parallel' are called {name!r}"
-                reader.error(item.mark, "name-unknown", message, "tell them apart with 'name:'")
+                reader.error(item.mark, "name-unknown", message, "give them different names with 'name:'")
             else:
                 message = f"no child of this 'parallel' is called {name!r}"
                 reader.error(item.mark, "name-unknown", message, did_you_mean(name, labels))
@@ -116,7 +116,7 @@ class Parallel(Part):
                     )
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
-        """Branches know nothing of each other; afterwards, what the policy needs is written."""
+        """Branches know nothing of each other; afterwards, the outputs of the branches that the policy needs are written."""
         ends = [part.flow(data, known) for part in self.parts]
         successes = [e.success for e in ends]
         if self.policy == "success_on_selected":

@@ -72,7 +72,7 @@ class Passes:
                 reader.error(value.mark, "collect", message, _meant(target, source, written))
 
     def begun(self, data: DataFlow, known: Known) -> Known:
-        """Return what is written once the loop has begun; what it collects counts as read."""
+        """Return the keys that are written once the loop has begun; the keys that it collects count as read."""
         data.names |= set(self.collect.values()) | self.refused | self.doubted
         return known | self.lists
 
@@ -136,7 +136,7 @@ class PassKeys:
             source.writer = ""
 
     def end(self) -> None:
-        """Take what a pass wrote, if it wrote all that is collected."""
+        """Take the values that a pass wrote, if it wrote all that are collected."""
         sources = [source for _, source in self.pairs]
         if not all(source.writer and source.value is not MISSING for source in sources):
             return

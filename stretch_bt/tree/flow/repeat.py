@@ -71,7 +71,7 @@ class _Counted(Part):
         return self.passes.ends(data, ends, known)
 
     def without_pass(self, passed: Flow, known: Known) -> Flow:
-        """Return what is known where perhaps no pass is run: a success that nothing wrote for."""
+        """Return the flow where perhaps no pass is run: a success for which nothing was written."""
         return Flow(both(passed.success, known), passed.failure)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
@@ -100,7 +100,7 @@ class Retry(_Counted):
     counter: ClassVar[str] = "attempts"
 
     def without_pass(self, passed: Flow, known: Known) -> Flow:
-        """Return what is known where perhaps no attempt is made: a failure that nothing wrote for."""
+        """Return the flow where perhaps no attempt is made: a failure for which nothing was written."""
         return Flow(passed.success, both(passed.failure, known))
 
     @classmethod

@@ -57,7 +57,7 @@ class _Result(Part):
 
 
 class ResultNode(FlowNode):
-    """Passes RUNNING on and maps what the child ends with; a FAILURE without an answer is never turned round."""
+    """Passes RUNNING on and maps the last status of the child; a FAILURE without an answer is never turned round."""
 
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour, becomes: dict[Status, Status]) -> None:
         super().__init__(path, child)

@@ -56,7 +56,7 @@ class SetKeys(Part):
             declared = reader.signature.declared(name) if name else None
             if name is None or declared is None:
                 continue
-            found.marks[name] = key.mark  # also where its value is wrong: what is noted there is enough
+            found.marks[name] = key.mark  # also where its value is wrong: the mistake noted there is enough
             if is_nothing(given):
                 reader.error(
                     key.mark, "value-missing", f"'set' gives ${name} no value", f"write '{key.text}: ...', or 'none'"
@@ -93,7 +93,7 @@ class SetKeys(Part):
         """Everything is read before anything is written."""
         for key, wire in (*self.wires.items(), *self.sds.items()):
             data.read([wire], known, beside=self.wires.keys() - {key})
-        # a name as it is may be absent, and so is what it is given to; nothing can be worked out from it
+        # a name as it is may be absent, and so is the key that takes it; nothing can be worked out from it
         worked_out = [w for w in self.wires.values() if w.readings or not isinstance(w.expression, Name)]
         fails = any(wire.may_lack(data.absent) for wire in (*worked_out, *self.sds.values()))
         fails = fails or data.bounded(key for key, wire in self.wires.items() if not wire.is_constant)
@@ -135,7 +135,7 @@ class Copy:
 
 
 class SetKeysNode(FlowNode):
-    """Writes the keys in one tick; `copies` are those, by name, whose value is that of another key or its attribute."""
+    """Writes the keys in one tick; `copies` are the keys, by name, that copy another key or its attribute."""
 
     def __init__(
         self,

@@ -15,7 +15,7 @@ from stretch_bt.tree.foreign.written import Written, written_as
 
 __all__ = ["Argument", "arguments_of", "takes_name"]
 
-#: what a place in a tree gives, and what py_trees' ports take for their XML
+#: arguments that a place in a tree gives, and that py_trees' ports take for their XML
 _GIVEN = ("name", "behaviour_class_name")
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 _VARIABLE = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
@@ -25,7 +25,7 @@ _TOLD = re.compile(r"^\s+(\w+)(?: \([^)]*\))?:\s+(\S.*(?:\n(?!\s+\w+(?: \([^)]*\
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """One constructor argument; `written` is None where a tree file cannot write it, `default` that of the class."""
+    """One constructor argument; `written` is None where a tree file cannot write it, `default` is the default of the class."""
 
     name: str
     annotation: Any

@@ -37,7 +37,7 @@ class PortBoard:
             setup_ports(port_remappings=dict(self._keys))
 
     def begin(self) -> None:
-        """Forget the outputs of the start before: what this one does not write is not written."""
+        """Forget the outputs of the start before: an output that this start does not write is not written."""
         for name in self._outputs:
             if self._reset is not None:
                 self._reset(name)

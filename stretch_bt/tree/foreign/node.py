@@ -22,7 +22,7 @@ from stretch_bt.tree.slots import Slot
 __all__ = ["ForeignNode", "Made", "Recorded"]
 
 
-#: what a `setup` is told that asks how long it may take, as it did before py_trees 2, s; nothing enforces it
+#: timeout for a `setup` that takes one, as it did before py_trees 2, s; nothing enforces it
 SETUP_TIME = 15.0
 
 
@@ -71,11 +71,11 @@ class ForeignNode(Behavior):
         self.inner: Behaviour | None = None
         self.is_set_up = False
         self._board: PortBoard | None = None
-        #: what a replay has in place of the behaviour
+        #: stands in for the behaviour in a replay
         self.recorded: Recorded | None = None
 
     def prepare(self) -> None:
-        """Make the behaviour, so that what its constructor refuses is told before any device is opened."""
+        """Make the behaviour, so that a refusal of its constructor is reported before any device is opened."""
         if self.recorded is None:
             self._behaviour()
 
@@ -163,6 +163,6 @@ class ForeignNode(Behavior):
 
     @calls_own
     def terminate(self, new_status: Status) -> None:
-        """Interrupt the behaviour; one that ended by itself was told so within its tick."""
+        """Interrupt the behaviour; one that ended by itself was terminated within its tick."""
         if new_status is Status.INVALID and self.inner is not None:
             self.inner.stop(Status.INVALID)

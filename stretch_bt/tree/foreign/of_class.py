@@ -25,7 +25,7 @@ from stretch_bt.tree.types import ANY, Type, from_annotation
 
 __all__ = ["class_in", "classes_in", "info_of"]
 
-#: what the language has in place of behaviours that hold others
+#: constructs of the language for behaviours that hold others
 CONSTRUCTS = {
     "Sequence": "sequence",
     "Selector": "selector",
@@ -42,7 +42,7 @@ CONSTRUCTS = {
 
 
 def info_of(cls: type, name: str = "") -> NodeInfo:
-    """Return the node that a class gives, under a name or that of the class.
+    """Return the node that a class gives, under a name or the name of the class.
 
     Raises
     ------

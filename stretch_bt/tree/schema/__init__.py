@@ -22,7 +22,7 @@ def schema(kind: str, own: Mapping[str, NodeInfo] = _NONE) -> Schema:
     """Return the JSON Schema of files of this kind: `tree`, `mocks`, `scene`, `cell` or `sweep`.
 
     Trees and mocks are in draft-07, the newest that every release of the YAML language server understands; they hold all
-    nodes that are registered now, those of installed packages included; that of trees has `own` nodes too, classes that a file imports.
+    nodes that are registered now, also of installed packages; the schema of trees has `own` nodes too, classes that a file imports.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from stretch_bt.tree.schema.nodes import described
 __all__ = ["KIND", "construct_schema", "describe_construct"]
 
 KIND = "construct"
-#: what a field takes, by the definition that its schema refers to
+#: value that a field takes, by the definition that its schema refers to
 _TYPES = {
     "body": "a place, or a list of places",
     "children": "a list of places",

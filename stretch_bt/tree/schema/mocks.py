@@ -69,7 +69,7 @@ def _mock() -> Schema:
                 "additionalProperties": True,
             },
             "then": {
-                "description": "after the end of a list",
+                "description": "what comes after the end of a list",
                 "enum": ["repeat_last", "cycle", "fail"],
                 "default": "repeat_last",
             },
@@ -97,7 +97,7 @@ def _readings() -> Schema:
         "type": "object",
         "patternProperties": entries,
         "additionalProperties": False,
-        "description": "what expressions read from devices, as in `arm.force: 1 N`; a list is worked through",
+        "description": "values that expressions read from devices, as in `arm.force: 1 N`; a list is worked through",
     }
 
 

@@ -32,7 +32,7 @@ def node_schema(info: NodeInfo) -> Schema:
 
 
 def call_schema(tree: Signature) -> Schema:
-    """Return the schema of what follows the name of a shipped tree that is called like a node."""
+    """Return the schema of the value after the name of a shipped tree that is called like a node."""
     ins = {
         d.name: short({"description": _sentence(d.doc, [d.type.name]), **described(wired(d.type))})
         for d in tree.ins.values()
@@ -91,9 +91,7 @@ def bounds_text(low: float | None, high: float | None, type_: Type) -> str:
 def _port(port: Port, type_: Type) -> Schema:
     if port.role is Role.DEVICE:
         optional = ", used where the file declares one" if port.optional else ""
-        text = (
-            f"{port.doc or port.name} ({type_.name}{optional}); the device of this name, or the only one, unless told"
-        )
+        text = f"{port.doc or port.name} ({type_.name}{optional}); by default the device of this name, or the only one"
         return {"type": "string", "pattern": r"^\$?[A-Za-z_]\w*$", "description": text}
     facts = [type_.name, bounds_text(port.min, port.max, type_)]
     given = port.default is not MISSING and port.default is not None

@@ -71,8 +71,8 @@ def _top() -> Schema:
                 "additionalProperties": {"enum": list(INTERFACES)},
                 "description": "the devices that the trees use, by name and kind",
             },
-            "scene": {"type": "string", "description": "what `run` simulates when no scene or cell is named"},
-            "tick": {"description": "time between two ticks, 50 ms unless told", "anyOf": [ref("literal_Time")]},
+            "scene": {"type": "string", "description": "the scene that `run` simulates when no scene or cell is named"},
+            "tick": {"description": "time between two ticks, by default 50 ms", "anyOf": [ref("literal_Time")]},
             "params": {
                 **named,
                 "additionalProperties": ref("declaration"),
@@ -100,9 +100,9 @@ def _words() -> Schema:
         "name": {
             "type": "string",
             "pattern": r"^[A-Za-z_][\w-]*$",
-            "description": "what this place is called in paths, logs and mocks",
+            "description": "name of this place in paths, logs and mocks",
         },
-        "doc": {"type": "string", "description": "what this place is for"},
+        "doc": {"type": "string", "description": "purpose of this place"},
     }
     found: Schema = {}
     for word in WORDS:
@@ -164,7 +164,7 @@ def _literal_of(type_: Type, field: str) -> Schema:
 
 
 def _places(nodes: dict[str, NodeInfo]) -> Schema:
-    """Return what may stand at a place of a tree, and what a whole tree is."""
+    """Return the schemas of a place of a tree and of a whole tree."""
     names = {name: ref(f"construct_{name}") for name in CONSTRUCTS if name not in WORDS}
     names |= {name: ref(f"node_{name}") for name in (*nodes, *SHARED)}
     names["run"] = {"description": "Call a tree by name.", "anyOf": [ref("text"), form({"tree": ref("text")}, _with())]}

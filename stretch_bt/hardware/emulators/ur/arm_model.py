@@ -40,7 +40,7 @@ class ArmModel:
     Parameters
     ----------
     kinematics
-        Of the model.
+        Kinematics of the model.
     q
         Six joint angles at first, rad.
     """

@@ -1,4 +1,4 @@
-"""A port that tells each of its clients the state of the robot at a rate, and takes programs from them."""
+"""A port that sends each of its clients the state of the robot at a rate, and takes programs from them."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ _BUFFER = 1 << 15
 
 
 class ClientPort:
-    """One of the ports 30001 to 30003, or of those that only tell.
+    """One of the ports 30001 to 30003, or of the ports that only send.
 
     Parameters
     ----------
     host, port
         Where; port 0 takes a free one.
     controller
-        Whose state it tells.
+        Controller whose state it sends.
     faults
-        Of the stand-in.
+        Faults of the stand-in.
     state
         Returns the message that goes out `rate` times a second.
     rate
-        At most the controller's own.
+        Rate of that message, at most the controller's own.
     greeting
         Returns the message for a client that connects; None where there is none.
     load
@@ -56,7 +56,7 @@ class ClientPort:
         self._state, self._greeting, self._load = state, greeting, load
         self._every = max(round(controller.profile.rate / rate), 1)
         self._cycle = 0
-        #: by client, what its connection did not take yet
+        #: by client, the bytes that its connection did not take yet
         self._clients: dict[socket.socket, bytes] = {}
         self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
 

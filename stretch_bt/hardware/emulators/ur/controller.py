@@ -23,7 +23,7 @@ _RUNNING, _IDLE, _POWER_ON, _POWER_OFF = 7, 5, 4, 3
 _STOPPED, _PLAYING, _PAUSED = 1, 2, 4
 #: modes of joints and of the tool
 _JOINT_OFF, _JOINT_RUNNING, _JOINT_IDLE = 239, 253, 255
-#: by the maker's pages, how long a protective stop lasts before it can be unlocked, s
+#: least duration of a protective stop before it can be unlocked, s, by the maker's pages
 _LOCKED = 5.0
 _STOP_AT = 10.0
 
@@ -91,7 +91,7 @@ class Controller:
         self.paused = False
         #: line of the program that moves the arm, 0 where none says it
         self.script_line = 0
-        #: what happened, and when, s
+        #: time of each event, s, and its name
         self.events: deque[tuple[float, str]] = deque(maxlen=50)
         self._state = "normal"
         self._locked_until = 0.0
@@ -148,7 +148,7 @@ class Controller:
         return min(self.slider, slow["fraction"]) if slow is not None else self.slider
 
     def force(self) -> tuple[float, ...]:
-        """Return the wrench that the controller tells of, N and N m, in base axes."""
+        """Return the wrench that the controller reports, N and N m, in base axes."""
         return tuple((np.asarray(self._felt()) - self._zero).tolist())
 
     def raw_force(self) -> tuple[float, ...]:

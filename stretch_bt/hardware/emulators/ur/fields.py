@@ -13,7 +13,7 @@ __all__ = ["BITS", "INPUT_FIELDS", "OUTPUT_FIELDS", "REGISTERS", "Field", "found
 
 #: general purpose registers of each kind and direction, and bits of each direction
 REGISTERS, BITS = 48, 128
-#: bits that are told of one by one; the ones before come in two words
+#: bits that have a field each; the ones before come in two words
 _SINGLE = range(64, BITS)
 
 Version = tuple[int, int] | None

@@ -35,7 +35,7 @@ class NoisyForce:
     noise
         How large they are.
     seed
-        Of the draws.
+        Seed of the draws.
     """
 
     def __init__(self, noise: ForceNoise, seed: int) -> None:

@@ -20,10 +20,10 @@ _TEXT, _VERSION, _KEY, _EXCEPTION = 0, 3, 7, 10
 #: sources of messages: the controller itself and the program that runs
 _CONTROLLER, _PROGRAM = -2, 7
 _BUILD_DATE = b"01-01-2023, 00:00:00"
-#: what the data sheets say of both models: joints turn two times either way, at most at 180 deg/s
+#: data sheets of both models: joints turn two times either way, at most at 180 deg/s
 _TURN, _FASTEST, _ACCELERATION = 2 * math.pi, math.pi, 40.0
 _ROBOT_TYPE = 1
-#: of a calibration that is the nominal one
+#: values of a calibration that is the nominal one
 _CHECKSUM, _CALIBRATED = (1, 2, 3, 4, 5, 6), 2
 
 

@@ -1,4 +1,4 @@
-"""Programs that clients send: read, refused or run, and told of on the primary port."""
+"""Programs that clients send: read, refused or run, and reported on the primary port."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Programs:
     Parameters
     ----------
     controller
-        That runs them.
+        Controller that runs them.
     tell
         Sends a message to all clients of the primary port.
     """
@@ -46,7 +46,7 @@ class Programs:
         self._moves = move_functions(controller)
 
     def load(self, text: str) -> None:
-        """Take a program: the control script of ur_rtde is played, another one is read; what cannot be read moves nothing."""
+        """Take a program: the control script of ur_rtde is played, another one is read; a program that cannot be read moves nothing."""
         with self._controller.lock:
             try:
                 self._begin(text)
@@ -76,7 +76,7 @@ class Programs:
         self._controller.script_line = line
 
     def _told(self, name: str, program: Program) -> Program:
-        """Run a program, and tell of its begin, its end and what went wrong."""
+        """Run a program, and report its begin, its end and its error."""
         self._event("STARTED", name)
         try:
             yield from program

@@ -9,7 +9,7 @@ from stretch_bt.hardware.emulators.ur.variables import OUTPUTS
 
 __all__ = ["realtime_packet"]
 
-#: what each field is in RTDE; a number is that many zeros, reserved or not simulated
+#: name of each field in RTDE; a number stands for that many zeros, reserved or not simulated
 _FIELDS: tuple[str | int, ...] = (
     "timestamp",
     "target_q",
@@ -49,7 +49,7 @@ _FIELDS: tuple[str | int, ...] = (
     "elbow_velocity",
     "safety_status",
 )
-#: what e-series controllers from 5.10 on have besides
+#: further fields of e-series controllers from 5.10 on
 _LATER: tuple[str | int, ...] = (3, "payload", "payload_cog", "payload_inertia")
 
 

@@ -33,7 +33,7 @@ class Registers:
     bits: dict[str, list[bool]] = field(default_factory=_bits)
 
     def take(self, name: str, value: Any, now: float) -> None:
-        """Take an input of RTDE, by its name, at a time, s; what is no register is left."""
+        """Take an input of RTDE, by its name, at a time, s; a name that is no register is ignored."""
         kind, _, number = name.rpartition("_")
         if kind == "input_int_register":
             self.in_int[int(number)] = value
@@ -55,7 +55,7 @@ class AnalogOutputs:
     outputs: list[float] = field(default_factory=lambda: [_LEAST[0]] * 2)
 
     def take(self, inputs: Mapping[str, Any]) -> None:
-        """Take the inputs of one package of RTDE: what the mask names is set to a part of its range."""
+        """Take the inputs of one package of RTDE: each output in the mask is set to a part of its range."""
         mask = inputs.get("standard_analog_output_mask", 0)
         for k in range(2):
             part = inputs.get(f"standard_analog_output_{k}", math.nan)

@@ -59,9 +59,9 @@ class RtdeServer:
     host, port
         Where; port 0 takes a free one.
     controller
-        Whose values it tells and whose registers it sets.
+        Controller whose values it sends and whose registers it sets.
     faults
-        Of the stand-in.
+        Faults of the stand-in.
     """
 
     def __init__(self, host: str, port: int, controller: Controller, faults: Faults) -> None:

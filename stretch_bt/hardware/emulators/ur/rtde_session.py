@@ -1,4 +1,4 @@
-"""One client of RTDE: what it is sent, what it may set."""
+"""One client of RTDE: the values that it receives, the inputs that it may set."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stretch_bt.hardware.emulators.ur.wire import flat, layout, package
 
 __all__ = ["Session"]
 
-#: the number of the one output recipe, which only the second protocol tells
+#: the number of the one output recipe, which only the second protocol sends
 _RECIPE = b"\x01"
 
 
@@ -42,7 +42,7 @@ class Session:
         return "control" if self.inputs else "receive"
 
     def tell(self, types: Sequence[str], asks: Sequence[Ask], every: int) -> None:
-        """Take the recipe of what it is sent, once in so many cycles."""
+        """Take the recipe of the values that it receives, once in so many cycles."""
         self._layout, self.asks, self.every = struct.Struct(layout(types)), asks, every
 
     def data(self, controller: Controller) -> bytes:

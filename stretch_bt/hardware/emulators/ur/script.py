@@ -1,7 +1,7 @@
 """The program that ur_rtde uploads: recognised by its name, played by its commands rather than by its text.
 
 Commands come in `input_int` registers with their arguments in `input_double` ones, and are answered in output registers; the numbers
-are those of the script `rtde_control` that ur_rtde 1.6 sends. The text decides where the registers begin and which path is in it.
+come from the script `rtde_control` that ur_rtde 1.6 sends. The text decides where the registers begin and which path is in it.
 """
 
 from __future__ import annotations

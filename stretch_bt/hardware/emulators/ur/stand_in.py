@@ -37,9 +37,9 @@ _HOME = Pose((0.0, 0.0, 0.2))
 _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 
 _MOVING = 1e-4
-#: how often the primary and secondary ports tell the state of the robot, Hz
+#: how often the primary and secondary ports send the state of the robot, Hz
 _STATE_RATE = 10.0
-#: what faults call the connections of a wire
+#: names in faults for the connections of a wire
 _CONNECTIONS = {"dashboard": "dashboard"}
 #: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
 _LASTING = ("emergency_stop", "safeguard_stop", "violation")
@@ -51,7 +51,7 @@ _FAULTS: dict[str, Fault] = {
     ),
     "emergency_stop": Fault("has its emergency stop button pressed, until it is cleared", state=True),
     "safeguard_stop": Fault("has its safeguard open, until it is cleared", state=True),
-    "violation": Fault("tells of a violation of its safety, until it is cleared", state=True),
+    "violation": Fault("reports a violation of its safety, until it is cleared", state=True),
     "program_stop": Fault("has its program stopped at the teach pendant; once", state=True),
     "power_off": Fault("has its power switched off; once", state=True),
     "home": Fault("has its hand brought back to where it was at first, at the teach pendant; once", state=True),
@@ -198,7 +198,7 @@ class Ur5StandIn(StandIn):
                     server.break_all(direction, reset=fault == "reset")
 
     def _client_port(self, wire: str) -> ClientPort:
-        """Open one of the ports that tell the state of the robot."""
+        """Open one of the ports that send the state of the robot."""
         realtime = wire.startswith("realtime")
         return ClientPort(
             self.host,
@@ -212,7 +212,7 @@ class Ur5StandIn(StandIn):
         )
 
     def hand(self) -> Pose:
-        """Return where the hand is in the world, whatever tool the controller was told of."""
+        """Return where the hand is in the world, whatever tool is set in the controller."""
         flange = self.arm.kinematics.forward(self.arm.q)
         return pose_of(transform_of(BASE) @ flange @ transform_of(HAND))
 
@@ -269,7 +269,7 @@ class Ur5StandIn(StandIn):
 
 
 class Ur5eStandIn(Ur5StandIn):
-    """The controller of a UR5e, PolyScope 5.11 at 500 Hz; else as that of the UR5."""
+    """The controller of a UR5e, PolyScope 5.11 at 500 Hz; else like the controller of the UR5."""
 
     MODEL: ClassVar[str] = "ur5e"
     PROFILE: ClassVar[Profile] = Profile((5, 11, 8, 1010133), 500.0, "UR5", "20225500001")

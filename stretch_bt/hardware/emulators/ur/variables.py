@@ -1,4 +1,4 @@
-"""The values of RTDE's output fields: asked of the controller where its model knows them, else those of an idle robot."""
+"""The values of RTDE's output fields: asked of the controller where its model knows them, else the values of an idle robot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Ask = Callable[[Controller], Value]
 
 _GRAVITY = 9.82
 _ZERO = {"VECTOR3D": (0.0,) * 3, "VECTOR6D": (0.0,) * 6, "VECTOR6INT32": (0,) * 6, "DOUBLE": 0.0, "BOOL": False}
-#: what an idle robot shows of what is not simulated; the rest is zero
+#: an idle robot's values of what is not simulated; the rest is zero
 _IDLE: dict[str, Value] = {
     "joint_temperatures": (30.0,) * 6,
     "actual_execution_time": 0.0002,

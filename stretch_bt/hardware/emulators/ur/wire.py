@@ -61,7 +61,7 @@ def size_of(types: Sequence[str]) -> int:
 
 
 def unpack(types: Sequence[str], data: bytes) -> list[Value]:
-    """Return the values of a recipe, vectors as tuples; raises Unpackable when the bytes are not those of the types."""
+    """Return the values of a recipe, vectors as tuples; raises Unpackable when the number of bytes does not fit the types."""
     if len(data) != size_of(types):
         raise Unpackable(f"{len(data)} bytes, expected {size_of(types)} for {', '.join(types)}")
     numbers = iter(struct.unpack(layout(types), data))
@@ -75,7 +75,7 @@ def pack(types: Sequence[str], values: Sequence[Value]) -> bytes:
 
 
 def flat(values: Sequence[Value]) -> list[Any]:
-    """Return the numbers of values one after the other, those of vectors too."""
+    """Return the numbers of values one after the other, also the numbers of vectors."""
     return [v for value in values for v in (value if isinstance(value, tuple | list) else (value,))]
 
 

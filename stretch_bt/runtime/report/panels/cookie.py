@@ -66,7 +66,7 @@ def _closed(line: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
 
 
 def _times(record: RecordReader) -> list[str]:
-    """Draw the heights over time, and what was told of roundness."""
+    """Draw the heights and the deviations from a ball over time."""
     found = []
     heights = _written(record, "before")
     if heights:

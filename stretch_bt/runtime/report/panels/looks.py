@@ -1,4 +1,4 @@
-"""The looks at an object that a record holds: where the hand stood, and what was told of force and drop."""
+"""The looks at an object that a record holds: where the hand stood, and the reported force and drop."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ NOTE = "a mark is a look at a press: depth as seen, force and drop by what was f
 
 
 def panel(record: RecordReader) -> str:
-    """Return the panel of a task whose keys have the names of those of `palpate_stiffness`; nothing before its first look."""
+    """Return the panel of a task whose keys have the names of the keys of `palpate_stiffness`; nothing before its first look."""
     looks = read_looks(record.events)
     if not looks:
         return ""
@@ -82,7 +82,7 @@ def _fitted(record: RecordReader, last: Look) -> list[Line]:
 
 
 def _curves(record: RecordReader, looks: list[Look]) -> tuple[list[Line], str]:
-    """Return the model's curve for each stretch at the felt radius, or none; and what there is to say of them."""
+    """Return the model's curve for each stretch at the felt radius, or none; and a remark on them."""
     model, why = used_model(record)
     if model is None:
         return [], why

@@ -12,7 +12,7 @@ from stretch_bt.runtime.report.text import escape, number, section, table, with_
 __all__ = ["panel"]
 
 MOST = 3.0  # mm of error at which a colour is full
-DEEP = 5e-3  # m, from which on a mean error is told
+DEEP = 5e-3  # m, depth from which on presses count in the mean error
 NAMES = {
     "fit": "joint fit of face and skirt",
     "paper_fit": "the same, by the paper's segmentation alone",

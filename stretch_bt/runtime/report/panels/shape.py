@@ -62,7 +62,7 @@ def _fitted(kind: str, sizes: dict[str, float]) -> list[Array]:
 
 
 def _truth(record: RecordReader) -> list[Array]:
-    """Return the outlines (n, 2), m, of the upper surface of what the scene has; none where it does not tell, or a real camera looked."""
+    """Return the outlines (n, 2), m, of the upper surface of the scene's object; none where it has no such surface, or a real camera looked."""
     scene = record.run_info.get("scene")
     if not scene or "DepthCamera" not in record.run_info.get("simulated", ["DepthCamera"]):
         return []

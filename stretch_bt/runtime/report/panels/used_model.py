@@ -15,7 +15,7 @@ _SECOND = 1.0  # s, to which a record says when it was begun
 
 
 def used_model(record: RecordReader) -> tuple[ForceModel | None, str]:
-    """Return the model and what there is to say of it; None and the reason where it is not to be had."""
+    """Return the model and a remark on it; None and the reason where it cannot be had."""
     given, params = record.run_info.get("set") or {}, record.header.get("params") or {}
     name = given.get("model", params.get("model"))
     if not isinstance(name, str):

@@ -48,11 +48,11 @@ class Interpreter:
     Parameters
     ----------
     controller
-        That runs it.
+        Controller that runs it.
     program
-        As it was read.
+        The program as it was read.
     functions
-        By name: a function returns its value, or a generator of the cycles that it takes.
+        Functions by name: a function returns its value, or a generator of the cycles that it takes.
     """
 
     def __init__(self, controller: Controller, program: syntax.Define, functions: Mapping[str, Function]) -> None:
@@ -294,7 +294,7 @@ def _called(name: str, function: Function, given: list[Value], named: dict[str, 
             inspect.signature(function).bind(*given, **named)
         except TypeError as error:
             raise TypeError(f"{name}: {error}") from None
-        except ValueError:  # it does not tell what it takes
+        except ValueError:  # its signature is not known
             pass
         raise
 

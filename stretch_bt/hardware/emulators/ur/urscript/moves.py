@@ -14,7 +14,7 @@ from stretch_bt.hardware.transforms import six, transform
 
 __all__ = ["move_functions"]
 
-#: of a move that has a time in place of a speed, the part of it in which it speeds up, and slows down
+#: part of a move in which it speeds up, and in which it slows down, where it has a time in place of a speed
 _RAMP = 1 / 3
 
 

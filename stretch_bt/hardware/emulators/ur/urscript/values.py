@@ -62,7 +62,7 @@ def _of_numbers(sign: Callable[[Any, Any], Any]) -> Callable[[Value, Value], Val
     return lambda a, b: sign(_number(a), _number(b))
 
 
-#: of two values; `and` and `or` do without the second where the first says it all
+#: operators of two values; `and` and `or` do without the second where the first says it all
 SIGNS: Mapping[str, Callable[[Value, Value], Value]] = {
     "+": _of_numbers(operator.add),
     "-": _of_numbers(operator.sub),
