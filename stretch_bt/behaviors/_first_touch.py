@@ -1,4 +1,4 @@
-"""The top of what the membrane begins to touch."""
+"""The top of an object that the membrane begins to touch."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from stretch_bt.units import Estimate
 __all__ = ["top_of"]
 
 
-# What a flat top lifts the membrane is not taken off here: `extrapolate_top` does so, since its error is one for all touches.
+# The membrane's lift over a flat top is not taken off here: `extrapolate_top` does so, since its error is the same for all touches.
 def top_of(frame: DepthFrame, hand: HandGeometry) -> tuple[Estimate, FirstTouch] | None:
-    """Return how deep the top of a contact stands in the membrane, m, and what was seen; None where nothing is in contact."""
+    """Return how deep the top of a contact stands in the membrane, m, and the points seen; None where nothing is in contact."""
     try:
         contact = perception.find_contact(frame)
         points, valid = perception.deproject(frame)

@@ -18,7 +18,7 @@ __all__ = ["ForceMean", "check_alive"]
 MAX_AGE = 0.2
 _SILENT = 1.0  # s without a new reading
 _APART = 5e-4  # m between two measurements whose forces cannot be the same to the last digit
-_DEEP = 1e-3  # m past first contact from which on there is a force
+_DEEP = 1e-3  # m past first contact; deeper there is a force
 
 Readings = list[tuple[float, float, float]]
 
@@ -64,7 +64,7 @@ class ForceMean:
 
 
 def check_alive(sample: ForceSample, before: Iterable[ForceSample | None], touch: Touch | None) -> None:
-    """Refuse readings that are alike to the last digit here and in a sample before, at another depth in contact.
+    """Refuse a sample whose readings all equal an earlier sample's to the last digit, at another depth in contact.
 
     Raises
     ------

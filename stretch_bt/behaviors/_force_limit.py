@@ -1,4 +1,4 @@
-"""A limit on the force on the hand, held by what can hold it."""
+"""A limit on the force on the hand, held by the arm or by a force sensor."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from stretch_bt.tree.context import Context
 __all__ = ["ForceLimit"]
 
 MAX_AGE = 0.2
-#: over which an arm with noise averages a reading at least, s
+#: shortest time over which a noisy arm averages a reading, s
 SHORTEST: Final = 0.128
 
 
 class ForceLimit:
     """The force on the hand, averaged for as long as its limit needs so that noise does not pass it.
 
-    Of an arm whose noise is too large for the limit, the force sensor of the tree holds it, and the arm the least that it can.
+    Where the arm's noise is too large for the limit, the tree's force sensor holds the limit, and the arm the least limit that it can hold.
 
     Parameters
     ----------
     limit
-        N.
+        Largest force, N.
     arm
-        What carries the hand.
+        The arm that carries the hand.
     sensor
         The force sensor of the tree, where it has one.
     context
-        Of the run.
+        Context of the run.
 
     Raises
     ------
@@ -55,7 +55,7 @@ class ForceLimit:
             )
         self._window = (DEVIATIONS * noise / max(limit, least)) ** 2 if noise > 0 else 0.0
         self._held = max(limit, least)
-        #: how far below the cell's own limit, N, a force must stay so that the noise of single readings does not pass that
+        #: distance to the cell's own limit, N: a force that far below it does not pass it by the noise of single readings
         self.margin = DEVIATIONS * noise / math.sqrt(SHORTEST)
         self._readings: deque[Reading[Wrench]] = deque()
 
@@ -68,7 +68,7 @@ class ForceLimit:
         return felt if arm <= self._held else max(arm, felt)
 
     def passed(self) -> str | None:
-        """Return what is said of a force above the limit, None where there is none."""
+        """Return the reason to stop where the force is above the limit, else None."""
         force = self.force()
         return None if force <= self.limit else f"a force of {force:.2f} N exceeds the limit of {self.limit:g} N"
 

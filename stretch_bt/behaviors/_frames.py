@@ -1,4 +1,4 @@
-"""What nodes that take frames have in common: fresh frames only, placed in the world."""
+"""The common part of nodes that take frames: fresh frames only, placed in the world."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["MAX_AGE", "FrameSource", "corrected"]
 #: how old the latest frame may be, s: a camera at 5 Hz or more passes
 MAX_AGE = 0.5
 
-#: the frame that each camera of a run, by its id, handed out last, so that two nodes of one tick do not take the same one
+#: number of the last frame handed out by each camera of a run, by the camera's id, so that two nodes of one tick take different frames
 _latest: WeakKeyDictionary[Context, dict[int, int]] = WeakKeyDictionary()
 
 
@@ -50,7 +50,7 @@ class FrameSource:
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry
-        # What the camera's driver knows is of the moment of exposure; what the arm says now is the next best.
+        # Pose and stretch from the camera's driver are of the moment of exposure; those from arm and gripper now are the next best.
         pose, height, stretch = frame.pose, frame.hand_height, frame.stretch
         if pose is None and self.arm is not None:
             now = self.arm.pose(MAX_AGE).value
@@ -73,12 +73,12 @@ def corrected(frame: DepthFrame, pattern: Pattern | None, camera: str) -> DepthF
     Raises
     ------
     IllConditioned
-        The error is that of another camera.
+        The error was learned from another camera.
     """
     if pattern is None:
         return frame
     if pattern.camera not in ("", camera):
         raise IllConditioned(
-            f"the static error is that of camera {pattern.camera!r}, and the frame is of {camera!r}; write 'pattern: none', or the key of this one"
+            f"the static error was learned from camera {pattern.camera!r}, the frame is of {camera!r}; write 'pattern: none', or the key of this one"
         )
     return perception.without_pattern(frame, pattern)

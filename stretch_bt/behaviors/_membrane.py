@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 __all__ = ["as_touched", "camera_off", "height_of_top", "is_mounted", "left_of_pattern", "lift_at", "strain_of"]
 
-APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
-STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
+APART = 3.0  # largest difference from the height by the contact alone, in standard deviations
+STATIC = 2.5e-3  # a depth camera's error over the distance in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
 MOUNTED = Estimate(
     0.1, 0.05
-)  # strain of a membrane whose mount nobody told, an assumption: hands are mounted at some 0.05 to 0.15
-LEAST_STRAIN = 0.01  # of a slack one that is pressed
-LEAST_FLAT = 200  # pixels of the undeformed membrane that show it
+)  # strain of a membrane whose mounting is unknown, an assumption: hands are mounted at some 0.05 to 0.15
+LEAST_STRAIN = 0.01  # least strain of a slack membrane that is pressed
+LEAST_FLAT = 200  # least number of pixels of the undeformed membrane that show the camera's error
 
 
 def is_mounted(mounting: Mounting | None) -> bool:
-    """Return whether something knows by how much the mounts stretch the membrane."""
+    """Return whether it is known how far the mounts stretch the membrane."""
     return mounting is not None and mounting.prestretch > 0
 
 
@@ -45,9 +45,9 @@ def height_of_top(
     *,
     by_membrane: bool = True,
 ) -> tuple[Estimate, bool]:
-    """Return the height of a top, z of the membrane frame, m, and whether the whole membrane told it.
+    """Return the height of a top, z of the membrane frame, m, and whether the whole membrane gave it.
 
-    By the whole membrane, where that may be and can tell it, else by the contact.
+    The whole membrane gives it where `by_membrane` allows that and its shape fits, else the contact does.
     """
     reach = hand.reach(stretch)
     top = perception.track_height(points, valid, labels, curvature=curvature, reach=reach)
@@ -67,9 +67,9 @@ def _by_membrane(
     curvature: Estimate,
     contact: Estimate,
 ) -> Estimate | None:
-    """Return the height, z of the membrane frame, m, of a sphere's top, which the contact alone tells as `contact`.
+    """Return the height of a sphere's top by the whole membrane, z of the membrane frame, m; `contact` is its height by the contact alone.
 
-    None where no mount is known, what is seen is no sphere pressed into the middle of such a membrane, or the two heights do not agree.
+    None where no mount is known, the points show no sphere pressed into the middle of such a membrane, or the two heights do not agree.
     """
     if mounting is None or not is_mounted(mounting):
         return None
@@ -85,7 +85,7 @@ def _by_membrane(
 
 
 def strain_of(gauge: Length, mounting: Mounting | None, stretch: Length) -> Estimate:
-    """Return by how much the free membrane is stretched at a stretch, m, as a part of its gauge, m."""
+    """Return the strain of the free membrane at a stretch, m, by its mounts and that stretch, over its gauge, m."""
     known = mounting is not None and is_mounted(mounting)
     mounted = Estimate(mounting.prestretch / gauge, 0.0) if mounting is not None and known else MOUNTED
     return Estimate(max(mounted.value + stretch / gauge, LEAST_STRAIN), mounted.sd)
@@ -99,7 +99,7 @@ def as_touched(
     labels: LabelArray,
     stretch: Length,
 ) -> Estimate:
-    """Return the height of what is touched under a top of the membrane, m: a flat one lifts the membrane by its edges.
+    """Return the height of the object touched under a top of the membrane, m: a flat object lifts the membrane by its edges.
 
     `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes.
     """
@@ -115,20 +115,20 @@ def lift_at(
     labels: LabelArray,
     stretch: Length,
 ) -> Estimate:
-    """Return how far the membrane, whose top has a height, stands above what is touched, m; the arrays are those of `as_touched`."""
+    """Return how far the membrane, whose top has a height, stands above the touched object, m; the arrays are as in `as_touched`."""
     strain = strain_of(hand.gauge, mounting, stretch)
     return perception.lift_off(points, labels, height, hand.thickness, strain, hand.gauge)
 
 
 def left_of_pattern(pattern: Pattern | None) -> Length | None:
-    """Return what a learned static error misses of the camera's, m; None where none is learned."""
+    """Return the residual of the camera's static error after the learned one, m; None where none is learned."""
     return pattern.left if pattern is not None else None
 
 
 def camera_off(pattern: Pattern | None, points: FloatArray, labels: LabelArray, distance: Length) -> Length:
-    """Return by how much a camera is off over all of a contact, m: what a learned static error misses, or what the flat membrane shows.
+    """Return a camera's error that all of a contact shares, m: the residual of a learned static error, or the error that the flat membrane shows.
 
-    `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes, `distance` that of the flat membrane.
+    `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes, `distance`, m, the flat membrane's.
     """
     left = left_of_pattern(pattern)
     if left is not None:
@@ -138,4 +138,4 @@ def camera_off(pattern: Pattern | None, points: FloatArray, labels: LabelArray, 
         return STATIC * distance
     noise = MAD_TO_SD * quantile(np.abs(np.diff(z))) / math.sqrt(2.0)
     off = math.sqrt(max(float(np.mean(z.astype(np.float64) ** 2)) - noise**2, 0.0))
-    return min(off, STATIC * distance)  # a membrane that hangs stands off its plane as well
+    return min(off, STATIC * distance)  # a membrane that sags stands off its plane as well

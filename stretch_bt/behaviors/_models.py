@@ -1,4 +1,4 @@
-"""What nodes that ask a force model have in common: the model by name, loaded once a run and before anything moves."""
+"""The common part of nodes that ask a force model: the model by name, loaded once a run and before anything moves."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stretch_bt.units import KINDS, Estimate, format_quantity
 __all__ = ["ModelBehavior", "inverted", "within_range"]
 
 _ROUNDING = 1e-9
-STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
+STEP = 1e-5  # m, step for the slope of a force: far below any length of a press
 
 
 class ModelBehavior(Behavior):
@@ -24,10 +24,10 @@ class ModelBehavior(Behavior):
     kind = "model"
     instant: ClassVar[bool] = True
     model: In[str] = port(
-        PAPER, doc="'paper', 'membrane' or 'sheet' for a shipped one, 'fitted', or the path of a calibration file"
+        PAPER, doc="shipped model 'paper', 'membrane' or 'sheet', 'fitted', or the path of a calibration file"
     )
 
-    fitted: In[ForceModel | None] = None  # what `fit_calibration` fitted
+    fitted: In[ForceModel | None] = None  # the model that `fit_calibration` fitted
 
     def prepare(self) -> None:
         """Load the model when its name is known already."""
@@ -38,7 +38,7 @@ class ModelBehavior(Behavior):
             return
 
     def prepare_reach(self, max_stretch: Callable[[], float]) -> None:
-        """Refuse a model that does not hold up to the largest stretch that is planned with, where both are known already."""
+        """Refuse a model whose range ends below the largest planned stretch, where both are known already."""
         with suppress(UnsetKey):
             if self.model == FITTED:
                 return
@@ -69,7 +69,7 @@ def inverted(value: float, predict: Callable[[float], tuple[float, float]]) -> E
     Raises
     ------
     IllConditioned
-        The force does not grow with the value there, so its error says nothing of the value's.
+        The force does not grow with the value there, so the force's error determines no error of the value.
     """
     force, sd = predict(value)
     try:
@@ -83,7 +83,7 @@ def inverted(value: float, predict: Callable[[float], tuple[float, float]]) -> E
 
 @contextmanager
 def within_range() -> Iterator[None]:
-    """Refuse what a model says lies outside its range: measured values got there, not a mistake in the tree."""
+    """Raise IllConditioned where a model's range is left: measured values left it, not a mistake in the tree."""
     try:
         yield
     except InvalidInput as error:

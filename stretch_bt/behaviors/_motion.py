@@ -1,4 +1,4 @@
-"""What nodes that move a device have in common: one motion at a time, stopped only by its owner."""
+"""The common part of nodes that move a device: one motion at a time, stopped only by its owner."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "slowed", "touched_at"]
 
-#: what a node may ask of the hand, m: past the rest length, and past first contact
+#: largest stretch past the rest length and largest depth past first contact that a node may ask of the hand, m
 MOST_STRETCH, MOST_DEPTH = 0.080, 0.030
 
 _ENDED = {
@@ -80,7 +80,7 @@ class MotionBehavior(Behavior):
 
     @calls_own
     def _started(self) -> Motion:
-        """Start, and refuse what is no motion: it could be neither followed nor stopped."""
+        """Start, and refuse a result that is no motion: it could be neither followed nor stopped."""
         motion = self.start()
         if not callable(getattr(motion, "poll", None)) or not callable(getattr(motion, "stop", None)):
             hint = "return the motion that the device gives, as in 'return self.arm.move(...)'"

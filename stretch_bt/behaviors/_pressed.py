@@ -12,6 +12,6 @@ MAX_AGE = 0.5
 
 
 def pressed(hand: HandGeometry, touch: Touch, arm: Arm, gripper: Gripper) -> tuple[float, float]:
-    """Return stretch and depth past first contact, m, as gripper and arm say."""
+    """Return stretch and depth past first contact, m, as gripper and arm measure them."""
     depth = touch.height - arm.pose(MAX_AGE).value.height
     return hand.stretch(gripper.opening(MAX_AGE).value), depth

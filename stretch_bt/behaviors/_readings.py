@@ -1,4 +1,4 @@
-"""What was read of an object's top since it was approached."""
+"""Readings of the height of an object's top since it was approached."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ __all__ = [
     "reading_sd",
 ]
 
-CREEP = 3.0  # standard deviations by which older readings of a press must differ from newer ones to count as past
-LEAST_TOUCHES = 2  # that say where the top stands without a force
+CREEP = 3.0  # least difference of a press' older readings from its newer ones, in standard deviations, for the older to count as past
+LEAST_TOUCHES = 2  # least number of touches that give the height of the top at no force
 FIXED, FRAME_NOISE = (
     3e-5,
     3e-4,
-)  # m; what no averaging takes away of a height that is off by so much in one frame, or by more
+)  # m; part of a height's error that no averaging takes away, where its standard deviation in one frame is FRAME_NOISE or more
 
 
 class FirstTouch:
-    """What was seen at a first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); no record prints it."""
+    """A first touch as the camera saw it: points (h, w, 3), m, membrane frame, valid and labels (h, w); no record prints it."""
 
     __slots__ = ("labels", "points", "valid")
 
@@ -48,18 +48,18 @@ class FirstTouch:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The height of the top in so many frames averaged, at a stretch and a depth of the membrane.
+    """The height of the top, averaged over `frames`, at a stretch and a depth of the membrane.
 
-    Of a first touch `touch` holds what was seen, `curvature`, 1/m, what its height was inferred with, `asked` whether the whole membrane was
-    asked for it.
+    Of a first touch `touch` holds the points seen, `curvature`, 1/m, is the one that its height was inferred with, and `asked` says whether the
+    whole membrane was asked for it.
     """
 
-    stretch: Length  # past the rest length
-    depth: Length  # of the membrane
-    height: Length  # of the top, world
+    stretch: Length  # stretch past the rest length
+    depth: Length  # depth of the membrane
+    height: Length  # height of the top, world
     sd: Length  # standard deviation of height
     touch: FirstTouch | None = None
-    frames: int = 1  # averaged
+    frames: int = 1  # number of frames averaged
     fixed: Length = 0.0  # part of sd that no averaging takes away
     by_membrane: bool = False  # whether the whole membrane gave the height
     curvature: float | None = None
@@ -86,7 +86,7 @@ def infer_again(
 ) -> list[Reading]:
     """Return the readings with the heights of first touches inferred again, now that the curvature of the top, 1/m, is known.
 
-    `by_membrane` says whether the whole membrane gave the press: heights of two kinds do not go together.
+    `by_membrane` says whether the whole membrane gave the height at the press: heights of two kinds do not go together.
     """
     return [
         reading
@@ -127,7 +127,7 @@ def _inferred(
 
 
 def of_one_kind(readings: list[Reading]) -> list[Reading]:
-    """Return the readings without first touches that the contact alone gave where the whole membrane gave at least two others.
+    """Return the readings without first touches given by the contact alone, where the whole membrane gave at least two other first touches.
 
     The two kinds differ by some tenths of a millimetre over a top that flattens, which would be a part of the deflection.
     """
@@ -136,18 +136,18 @@ def of_one_kind(readings: list[Reading]) -> list[Reading]:
 
 
 def of_press(readings: Sequence[Reading], latest: Reading) -> list[Reading]:
-    """Return those of one press with the latest reading, which may be the last of them or come after them.
+    """Return the readings of the same press as the latest reading, which may be the last of them or come after them.
 
-    A hand that went away and came back is at another press: it need not stand off as it did.
+    A hand that went away and came back is at another press: its positioning error may have changed.
     """
     numbers = presses_of([*readings, latest])
     return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
 def creep_of(press: Sequence[Reading], noise: float) -> tuple[Estimate, Sequence[Reading]]:
-    """Return by how much the newer half of a press' readings stands above the older, m, and what of the older no longer counts.
+    """Return how far the newer half of a press' readings stands above the older half, m, and the older readings that no longer count.
 
-    `noise` is the scatter of the readings over what they state.
+    `noise` is the ratio of the readings' scatter to the standard deviations that they state.
     """
     if len(press) < 2:
         return Estimate(0.0, 0.0), []
@@ -159,22 +159,22 @@ def creep_of(press: Sequence[Reading], noise: float) -> tuple[Estimate, Sequence
 
 
 def frames_at(readings: Sequence[Reading], press: Reading) -> int:
-    """Return how many frames the readings of a press hold together."""
+    """Return the number of frames in all readings of a press together."""
     return sum(reading.frames for reading in of_press(readings, press))
 
 
 def noise_at(readings: Sequence[Reading], press: Reading) -> tuple[Length, Length]:
-    """Return by how much a height of a press is off in one frame, m, as its readings state it, and what of it more frames leave, m."""
+    """Return the standard deviation of a press' height in one frame, m, as its readings state it, and the part that more frames do not reduce, m."""
     white = [max(r.sd**2 - r.fixed**2, 0.0) * r.frames for r in of_press(readings, press)]
     noise = math.sqrt(sum(white) / len(white))
     return noise, math.hypot(press.fixed, fixed_part(noise))
 
 
 def reading_sd(stated: float, frames: int, frame_noise: float) -> float:
-    """Return the sd of a height, m, seen in so many frames: as stated, or what a camera of such a noise leaves at least."""
+    """Return the sd of a height averaged over `frames`, m: as stated, but at least the sd that a camera with `frame_noise`, m, allows."""
     return max(stated, math.hypot(fixed_part(frame_noise), frame_noise / math.sqrt(frames)))
 
 
 def fixed_part(frame_noise: Length) -> Length:
-    """Return what no averaging takes away of a height that is off by so much in one frame, m."""
+    """Return the part of a height's error that no averaging takes away, m, from its standard deviation in one frame, m."""
     return FIXED * min(frame_noise / FRAME_NOISE, 1.0)

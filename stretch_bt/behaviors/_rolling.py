@@ -1,4 +1,4 @@
-"""The closed paths along which a hand rolls what lies under it."""
+"""The closed paths along which a hand rolls an object under it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ PATHS: dict[str, Callable[[float], Place]] = {"circle": _circle, "eight": _eight
 def laid(shape: str, radius: float, start: Pose, first: float, last: float, steps: int) -> list[Pose]:
     """Return poses from one part of a lap to another, each from 0 to 1, of a path that began at a pose, at its height.
 
-    The axes of the path are those of the hand: y along the stretch.
+    The path has the hand's axes: y along the stretch.
     """
     matrix = start.matrix()
     poses = []

@@ -12,7 +12,7 @@ from stretch_bt.perception.types import Contact
 __all__ = ["Skirt", "Wanted", "measured"]
 
 Wanted: TypeAlias = Literal["auto", "circle", "ellipse", "rectangle", "free_form"]
-#: of a sheet that does not resist bending, or of one that does
+#: skirt of a sheet that does not resist bending, or of one that does
 Skirt: TypeAlias = Literal["thin", "thick"]
 
 
@@ -24,13 +24,13 @@ def measured(
     mount_prestretch: float,
     **edge: float,
 ) -> ContactSize:
-    """Return the size of what is in contact; the mounts stretch the membrane by `mount_prestretch`, m, at stretch 0; `edge` are the
+    """Return the size of the object in contact; the mounts stretch the membrane by `mount_prestretch`, m, at stretch 0; `edge` are the
     `fillet` and `fillet_sd` of `measure_contact`.
 
     Raises
     ------
     NoAnswer
-        The frame carries no size.
+        The frame does not determine the size.
     """
     return perception.measure_contact(
         contact.surface,

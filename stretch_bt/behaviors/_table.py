@@ -1,4 +1,4 @@
-"""The table that a characterisation or a sensitivity map writes: one a run, in the record and where it was asked for."""
+"""The table that a characterisation or a sensitivity map writes: one a run, in the record and in the file that was named."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stretch_bt.tree.context import Context
 
 __all__ = ["TableFile", "check_table", "open_table"]
 
-#: what must be alike for rows to belong to one table
+#: entries that must be equal for rows to belong to one table
 _ALIKE = ("hand", "scene", "cell", "protocol")
 P = TypeVar("P", bound=State)
 
@@ -47,11 +47,11 @@ class _Kind:
 
     @property
     def before(self) -> str:
-        """In the record of a run that goes on with a table: how that was at first."""
+        """Name of the copy of a continued table as it was at first, in the run's record."""
         return f"{Path(self.name).stem}_before.csv"
 
     def read(self, path: Path) -> _Parsed:
-        """Return a table; raises InvalidInput where it is none."""
+        """Return the table in a file; raises InvalidInput where the file is no table."""
         return self.parse(text_of(path), str(path))
 
 
@@ -80,9 +80,9 @@ def _kind_of(protocol: str) -> _Kind:
 
 
 class TableFile:
-    """A table that grows by a press at a time, each on the disk before the next one; `presses` are those it holds.
+    """A table that grows by a press at a time, each on the disk before the next one; `presses` are the presses in it.
 
-    A table that grew is another one; no record prints it.
+    Growing makes a new table; no record prints it.
     """
 
     __slots__ = ("files", "kind", "presses", "provenance")
@@ -93,7 +93,7 @@ class TableFile:
         self.kind, self.files, self.provenance, self.presses = kind, files, provenance, presses
 
     def grown(self, press: State) -> TableFile:
-        """Return the table with a press more, which every file of it then holds."""
+        """Return the table with one more press, which every file of it then holds."""
         line = self.kind.line(press)
         for file in self.files:
             _write(file, line, "a")
@@ -109,7 +109,7 @@ class TableFile:
 def open_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> TableFile:
     """Return the table of a run: the one that is named, or a new one in the record.
 
-    A named table keeps its rows, and the record gets a copy of it, so that the record alone shows what was known. A last line
+    A named table keeps its rows, and the record gets a copy of it, so that the record alone shows all of them. A last line
     that was cut short is removed first. A replay begins with the table that its record began with, and writes to no other place.
 
     Raises
@@ -123,12 +123,12 @@ def open_table(context: Context, name: str, protocol: str, conditioned: Conditio
 
 
 def check_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> None:
-    """Refuse, before a run, a table that cannot be gone on with or begun; changes no file.
+    """Refuse, before a run, a table that cannot be continued or begun; changes no file.
 
     Raises
     ------
     InvalidInput
-        What `open_table` would refuse, or a place where nothing can be written.
+        `open_table` would refuse the table, or its file cannot be written.
     """
     path, kind = Path(name), _kind_of(protocol)
     if path.is_dir() or not path.parent.is_dir():
@@ -165,7 +165,7 @@ def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any
 
 
 def _without_record(kind: _Kind, name: str, provenance: Mapping[str, Any]) -> TableFile:
-    """Return the table of a run that keeps no record: the file that is named, or rows that no file has."""
+    """Return the table of a run that keeps no record: the file that is named, or rows in no file."""
     if not name:
         return TableFile(kind, [], kind.parse(kind.first_lines(provenance), kind.name).provenance, ())
     _begun(kind, Path(name), provenance)
@@ -213,8 +213,8 @@ def _check_alike(path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]
         return
     if before != now:
         raise IllConditioned(
-            f"{path}: the membrane of the table is {before or 'held to be conditioned, which the table does not say'}, that of this "
-            f"run {now}; name another table, or measure as it was with 'condition', 'stretches' and 'depths'"
+            f"{path}: the membrane of the table is {before or 'held to be conditioned, which the table does not say'}, the membrane "
+            f"of this run {now}; name another table, or measure as it was with 'condition', 'stretches' and 'depths'"
         )
 
 
@@ -230,7 +230,7 @@ def _mend(kind: _Kind, path: Path) -> None:
 
 
 def _whole(kind: _Kind, content: bytes) -> bytes:
-    """Return a table without a last press that was cut short; what is no table stays as it is."""
+    """Return a table without a last press that was cut short; content that is no table stays as it is."""
     if not f"# {kind.format}".encode().startswith(content[: len(kind.format) + 2]):
         return content
     lines = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)

@@ -14,11 +14,11 @@ from stretch_bt.units import Estimate
 
 __all__ = ["height_over_table"]
 
-FLAT_SD = 0.0003  # m, of a top whose contact does not show
+FLAT_SD = 0.0003  # m, standard deviation of a top whose contact does not show
 
 
 def height_over_table(frame: DepthFrame, hand: HandGeometry, mounting: Mounting | None) -> Estimate:
-    """Return the height of the top of what is in contact, m, world."""
+    """Return the height of the top of the object in contact, m, world."""
     points, valid = perception.deproject(frame)
     seen = perception.to_membrane(points, frame.plane_distance or 0.0)
     stretch = frame.stretch or 0.0
@@ -26,6 +26,6 @@ def height_over_table(frame: DepthFrame, hand: HandGeometry, mounting: Mounting 
         contact = perception.find_contact(frame)
         top = perception.track_height(seen, valid, contact.labels, reach=hand.reach(stretch))
         top = as_touched(hand, mounting, top, contact.surface, contact.labels, stretch)
-    except NoAnswer:  # a top that is pressed flat has no curvature by which contact shows
+    except NoAnswer:  # contact shows by its curvature, and a top that is pressed flat has none
         top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
     return Estimate(top.value + (frame.hand_height or 0.0), top.sd)

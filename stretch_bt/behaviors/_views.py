@@ -14,7 +14,7 @@ __all__ = ["Place", "counted", "place_of", "request_of"]
 #: x, y, m, and turn about the vertical, rad
 Place = tuple[float, float, float]
 
-FRUITLESS = 0.02  # share of what is known by which a press must change the map to count
+FRUITLESS = 0.02  # least change of the map by a press that counts, as a share of the known area
 
 
 def place_of(text: str) -> Place:
@@ -33,14 +33,14 @@ def place_of(text: str) -> Place:
 
 
 def request_of(place: Place) -> str:
-    """Return what an operator is asked to confirm."""
+    """Return the request that an operator is asked to confirm."""
     x, y, yaw = place
     where = f"x {x * 1e3:.4g} mm, y {y * 1e3:.4g} mm, turned by {math.degrees(yaw):.4g} deg"
     return f"The hand is about to press at {where}."
 
 
 def counted(before: TriedViews, presses: int, known: float, unseen: float) -> TriedViews:
-    """Return what was tried with what the presses since the latest plan changed: areas of the upper surface known and not, m^2."""
+    """Return the tried views, updated by the presses since the latest plan; `known` and `unseen` are areas of the upper surface, m^2."""
     fruitless = before.fruitless
     if before.presses is not None and presses > before.presses:
         change = abs(known - before.known) + abs(unseen - before.unseen)

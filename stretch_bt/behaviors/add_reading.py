@@ -13,23 +13,23 @@ LEAST_SD = 1e-6  # m
 class AddReading(Behavior):
     """Add the height of the top at the present press to the readings since first contact.
 
-    The membrane is as deep as the hand past first contact less what the object gave way, since that does not stretch it.
+    The membrane's depth is the hand's depth past first contact less the object's deflection, since that does not stretch the membrane.
     """
 
     kind = "perception"
     instant = True
     touch: In[Touch]  # first contact
-    observed_top: In[ObservedTop]  # by `track_height`, at this press
-    stretch: In[Length] = port(min=0.0, max=0.080, doc="past the rest length")
-    depth: In[Length] = port(doc="of the hand, past first contact")
-    frames: In[int] = port(8, min=1, max=256, doc="averaged for the height")
+    observed_top: In[ObservedTop]  # the top at this press, by `track_height`
+    stretch: In[Length] = port(min=0.0, max=0.080, doc="stretch past the rest length")
+    depth: In[Length] = port(doc="depth of the hand past first contact")
+    frames: In[int] = port(8, min=1, max=256, doc="number of frames averaged for the height")
     frame_noise: In[Length] = port(
-        0.0, min=0.0, max=0.01, doc="by which a height is off at least in one frame, whatever its deviation says"
+        0.0, min=0.0, max=0.01, doc="least standard deviation of a height's error in one frame, whatever it states"
     )
     rested: In[bool] = port(
-        False, doc="forget the readings of this press before this one: the object was left alone since then"
+        False, doc="whether to forget the earlier readings of this press: the object was left alone since then"
     )
-    top_readings: InOut[TopReadings | None]  # all of them; it begins with this one where there are none
+    top_readings: InOut[TopReadings | None]  # all readings; they begin with this one where there are none
 
     def update(self) -> Status:
         """Add it."""

@@ -18,8 +18,8 @@ class AverageFrames(Behavior):
     arm: Uses[Arm | None]
     gripper: Uses[Gripper | None]
     pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
-    count: In[int] = port(8, min=1, max=256, doc="how many frames")
-    frame: Out[DepthFrame]  # the mean, in a finer unit, with the hand's height and stretch
+    count: In[int] = port(8, min=1, max=256, doc="number of frames")
+    frame: Out[DepthFrame]  # mean of the frames, in a finer unit, with the hand's height and stretch
 
     def initialise(self) -> None:
         """Accept frames from now on."""

@@ -9,16 +9,16 @@ from stretch_bt.units import Estimate, Force, Length
 
 @node
 class ChooseStretch(ModelBehavior):
-    """Find the stretch at which a depth gives the wanted force, or the nearest there is; FAILURE when none does and no nearest is wanted."""
+    """Find the stretch that gives the wanted force at a depth, or the nearest one; FAILURE when none gives it and no nearest is wanted."""
 
-    radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
-    depth: In[Length] = port(min=0.0, doc="of the membrane")
-    force: In[Force] = port(min=0.0, doc="wanted")
+    radius: In[Length] = port(min=0.001, max=1.0, doc="radius of the sphere in contact")
+    depth: In[Length] = port(min=0.0, doc="depth of the membrane")
+    force: In[Force] = port(min=0.0, doc="wanted force")
     nearest: In[bool] = port(
-        False, doc="whether the end of the range that comes nearest will do where no stretch gives it"
+        False, doc="whether to take the end of the range that comes nearest where no stretch gives the force"
     )
-    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="the largest, taken where none is hard enough")
-    stretch: Out[Length]  # that gives the force
+    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="with nearest, stretch where none is hard enough")
+    stretch: Out[Length]  # stretch that gives the force
 
     def update(self) -> Status:
         """Invert the force model."""
@@ -37,7 +37,7 @@ class ChooseStretch(ModelBehavior):
             return inverted(stretch, lambda x: model.predict(radius, x, depth))
 
     def _is_soft(self) -> bool:
-        """Return whether the slack membrane presses harder already."""
+        """Return whether the slack membrane already gives the force or more."""
         try:
             with within_range():
                 return self.force <= self.force_model().predict(self.radius, 0.0, max(self.depth, 0.0))[0]

@@ -1,4 +1,4 @@
-"""Measuring the diameter of what is in contact in several ways."""
+"""Measuring the diameter of the object in contact in several ways."""
 
 from typing import Literal
 
@@ -15,21 +15,21 @@ from stretch_bt.units import Length
 
 @node
 class CompareDiameters(Behavior):
-    """Measure the widths of what is in contact in three ways from one frame; what a way refuses is kept with its reason.
+    """Measure the widths of the object in contact in three ways from one frame; where a way refuses, its reason is kept.
 
-    `fit` fits face and skirt jointly to the contact, by all that is known of the membrane. `paper_fit` does it with the paper's
-    segmentation, convex along i or along j, and is told nothing else. `paper_width` is how wide that segmentation is.
+    `fit` fits face and skirt jointly to the contact, with all prior knowledge of the membrane. `paper_fit` does it with the paper's
+    segmentation, convex along i or along j, and no prior knowledge. `paper_width` is the width of that segmentation.
     """
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # with the hand's stretch
-    hypothesis: In[Literal["auto", "circle", "ellipse"]] = "auto"  # what `fit` fits
-    skirt: In[Skirt] = "thick"  # of a sheet that does not resist bending, or of one that does
+    frame: In[DepthFrame]  # frame with the hand's stretch
+    hypothesis: In[Literal["auto", "circle", "ellipse"]] = "auto"  # shape that `fit` fits
+    skirt: In[Skirt] = "thick"  # skirt of a sheet that does not resist bending, or of one that does
     mount_prestretch: In[Length] = port(
-        0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
+        0.0, min=0.0, max=0.05, doc="prestretch of the membrane by its mounts, at stretch 0"
     )
-    found: Out[tuple[Found, ...]]  # one for each way, in this order
+    found: Out[tuple[Found, ...]]  # the widths by each way, in this order
 
     def update(self) -> Status:
         """Measure."""

@@ -8,10 +8,10 @@ from stretch_bt.tree.registry import node
 
 @node
 class Confirm(MotionBehavior):
-    """Show the operator what comes next, and wait until it is confirmed."""
+    """Show the operator the next step, and wait until it is confirmed."""
 
     operator: Uses[Operator]
-    request: In[str]  # what the robot is about to do
+    request: In[str]  # text that says what the robot is about to do
 
     def start(self) -> Motion:
         """Ask."""

@@ -18,7 +18,7 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.2
-#: world height that it goes down to where no cell says how far, m
+#: world height that it goes down to where no cell limits it, m
 GROUND = 0.0
 
 
@@ -34,11 +34,11 @@ class Descend(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     force_sensor: Uses[ForceSensor | None]
-    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the hand", limit="contact_speed")
+    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="speed of the hand", limit="contact_speed")
     max_travel: In[Length | None] = port(
-        None, min=0.001, max=2.0, doc="give up when nothing was met this far down, or where the cell ends before that"
+        None, min=0.001, max=2.0, doc="largest way down before it gives up, unless the cell ends before that"
     )
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
     free_membrane: InOut[FreeMembrane]  # frames of the free membrane, by `watch_free_membrane`
 
     #: frames in a row that must show contact
@@ -47,7 +47,7 @@ class Descend(MotionBehavior):
     def initialise(self) -> None:
         """Take frames from now on."""
         super().initialise()
-        self.context.hand.contact_height = None  # no depth below an object before bounds the way to the next one
+        self.context.hand.contact_height = None  # an earlier object's depth limit does not bound the way to the next
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = deepcopy(self.free_membrane)

@@ -1,4 +1,4 @@
-"""Detecting what came along with the hand."""
+"""Detecting dough that came along with the hand."""
 
 from stretch_bt import perception
 from stretch_bt.frames import DepthFrame
@@ -20,10 +20,10 @@ class DetectAdhesion(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # of the raised hand
-    pattern: In[Pattern]  # of the camera, with the sag of the free membrane
-    least: In[Length] = port(0.0004, min=0.0, max=0.05, doc="that counts as pulled, if it is sure")
-    pulled: Out[Length]  # how far its lowest place lies below where it hung
+    frame: In[DepthFrame]  # frame of the raised hand
+    pattern: In[Pattern]  # static error of the camera, with the sag of the free membrane
+    least: In[Length] = port(0.0004, min=0.0, max=0.05, doc="least pull that counts, if it is significant")
+    pulled: Out[Length]  # how far the membrane's lowest place lies below the free membrane's
     adhering: Out[bool]  # whether that is more than `least` and three standard deviations
 
     def update(self) -> Status:

@@ -1,4 +1,4 @@
-"""Telling whether the membrane touches something."""
+"""Detecting whether the membrane touches something."""
 
 from copy import deepcopy
 
@@ -11,15 +11,15 @@ from stretch_bt.tree.registry import node
 
 @node
 class DetectContact(Behavior):
-    """Tell from frame to frame whether the membrane touches something; the first ten frames must be without contact."""
+    """Detect from frame to frame whether the membrane touches something; the first ten frames must be without contact."""
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # the next one; frames must come in order
+    frame: In[DepthFrame]  # next frame; frames must come in order
     false_alarms: In[float] = port(
-        1e-3, min=1e-9, max=0.1, doc="probability that a frame without contact counts as one"
+        1e-3, min=1e-9, max=0.1, doc="probability that a frame without contact counts as a touch"
     )
-    watch: InOut[Watch | None]  # what the frames so far say; it begins with the first frame
+    watch: InOut[Watch | None]  # the membrane without contact, by the frames so far; it begins with the first frame
     in_contact: Out[bool]  # whether this frame shows a touch
 
     def update(self) -> Status:

@@ -8,17 +8,17 @@ from stretch_bt.units import Estimate, Force, Length, Pressure
 
 @node
 class EstimateModulus(Behavior):
-    """Tell Young's modulus of the sphere in contact from force, deflection and both depths, by the paper's formula.
+    """Compute Young's modulus of the sphere in contact from force, deflection and both depths, by the paper's formula.
 
-    It is that of a solid sphere with the same answer; a filled balloon has none. FAILURE when the sphere gave way by too little.
+    It describes a solid sphere with the same force and deflection; a filled balloon has none. FAILURE when the deflection is too small.
     """
 
     kind = "model"
     instant = True
-    force: In[Force] = port(min=0.0, doc="at the present press")
-    deflection: In[Length]  # how far the top has given way
-    depth: In[Length] = port(min=0.0, doc="of the membrane: travel past first contact less what the object gave way")
-    radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
+    force: In[Force] = port(min=0.0, doc="force at the present press")
+    deflection: In[Length]  # deflection of the top
+    depth: In[Length] = port(min=0.0, doc="membrane's depth: travel past first contact less the object's deflection")
+    radius: In[Length] = port(min=0.001, max=1.0, doc="radius of the sphere in contact")
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     deflection_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of deflection")
     depth_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of depth")
@@ -27,7 +27,7 @@ class EstimateModulus(Behavior):
     modulus: Out[Pressure]  # Young's modulus
 
     def update(self) -> Status:
-        """Tell."""
+        """Compute it."""
         given = [
             Estimate(getattr(self, n), getattr(self, f"{n}_sd")) for n in ("force", "deflection", "depth", "radius")
         ]

@@ -8,12 +8,12 @@ from stretch_bt.units import Estimate, Force, Length, Stiffness
 
 @node
 class EstimateStiffness(Behavior):
-    """Divide the force by how far the object gave way; FAILURE when that is too little to tell."""
+    """Divide the force by the object's deflection; FAILURE when the deflection is too small for that."""
 
     kind = "model"
     instant = True
-    force: In[Force] = port(min=0.0, doc="at the present press")
-    deflection: In[Length]  # how far the top has given way
+    force: In[Force] = port(min=0.0, doc="force at the present press")
+    deflection: In[Length]  # deflection of the top
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     deflection_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of deflection")
     correlation: In[float] = port(0.0, min=-1.0, max=1.0, doc="correlation of the errors of force and deflection")

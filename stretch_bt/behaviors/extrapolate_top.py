@@ -17,19 +17,19 @@ from stretch_bt.units import Estimate, Length
 
 @node
 class ExtrapolateTop(Behavior):
-    """Extrapolate the heights of a top at shallow touches to its height at no force, from which `press` counts.
+    """Extrapolate the heights of a top at shallow touches to its height at no force, from which `press` counts depths.
 
-    The reading at a first touch is low already, because a soft object has given way by then: by a power of the depth that follows from the
-    tension of the membrane and from the object's law, of which no more is known than of any object.
+    The reading at a first touch is already low, because a soft object has deflected by then. The deflection is a power of the depth whose
+    exponent follows from the membrane's tension and from the object's force law, for which the prior of any object is used.
     """
 
     kind = "model"
     instant = True
     top_readings: In[TopReadings]  # heights of the top at the touches
     pattern: In[Pattern | None] = None  # static error of the camera, as far as it was learned
-    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
+    mounting: In[Mounting | None] = None  # mounting of the membrane, as far as it is known
     touch: Out[Touch]  # first contact
-    contact_height: Out[Length] = port(truth="contact_height")  # its height, world
+    contact_height: Out[Length] = port(truth="contact_height")  # height of first contact, world
 
     def update(self) -> Status:
         """Extrapolate."""
@@ -46,7 +46,7 @@ class ExtrapolateTop(Behavior):
         return Status.SUCCESS
 
     def _lift(self, reading: Reading) -> Estimate:
-        """Return how far the membrane stands above the top at a touch, m: a flat one lifts it by its edges."""
+        """Return how far the membrane stands above the top at a touch, m: a flat top lifts it by its edges."""
         touch = reading.touch
         if touch is None:
             return Estimate(0.0, 0.0)

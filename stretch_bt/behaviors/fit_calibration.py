@@ -21,15 +21,15 @@ class FitCalibration(Behavior):
 
     kind = "model"
     instant = True
-    table: In[str] = ""  # a CSV file; without it `measured` is taken
+    table: In[str] = ""  # a CSV file; without it the node takes `measured`
     measured: In[Table | None] = None  # the table of this run, by `plan_protocol`
-    fit: In[str] = "membrane"  # `membrane`, `paper` or `sheet`
+    fit: In[str] = "membrane"  # model to fit: `membrane`, `paper` or `sheet`
     fitted: Out[mechanics.ForceModel]  # the model
-    left: Out[float]  # part of a force that the model does not explain
-    presses: Out[int]  # that it was fitted to
+    left: Out[float]  # relative standard deviation of the model's residual
+    presses: Out[int]  # number of presses that it was fitted to
 
     def prepare(self) -> None:
-        """Refuse a model that does not exist, and a table that is none."""
+        """Refuse a model that does not exist, and a file that is no table."""
         with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
             if self.table:
                 read_table(self.table)

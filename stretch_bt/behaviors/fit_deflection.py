@@ -33,15 +33,15 @@ class FitDeflection(ModelBehavior):
     first touches the height of `touch` counts instead.
 
     Where the newer half of the latest press' readings differs from the older by three deviations, the object creeps, and the older half no
-    longer counts. Nor do readings under less force than an earlier press that stand three deviations below the curve of the others: the
-    object did not come back as it went. FAILURE where the latest is one.
+    longer counts. Readings at less force than an earlier press do not count either where they stand three deviations below the curve of
+    the others: the object shows hysteresis. FAILURE where the latest reading is one of them.
     """
 
     touch: In[Touch]  # first contact
-    sphere: In[Sphere]  # in contact
-    top_readings: InOut[TopReadings]  # since first contact, the latest of which is that of the present press
+    sphere: In[Sphere]  # sphere in contact
+    top_readings: InOut[TopReadings]  # readings since first contact; the latest is of the present press
     pattern: In[Pattern | None] = None  # static error of the camera, as far as it was learned
-    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
+    mounting: In[Mounting | None] = None  # mounting of the membrane, as far as it is known
     power: In[float] = port(
         mechanics.POWER.value, min=0.5, max=4.0, doc="Exponent p of the object's force law F ~ deflection^p, expected."
     )

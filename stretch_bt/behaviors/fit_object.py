@@ -24,22 +24,22 @@ Wanted = Literal[
 class FitObject(Behavior):
     """Fit the shape of an object on the table to the contacts felt on it; FAILURE when it cannot be measured.
 
-    The dimensions of the shape are those that it has, the others `none`: a block has length, width and height, domes have the radius of
+    Dimensions that the shape does not have are `none`: a block has length, width and height, domes have the radius of
     each, the largest first.
     """
 
     kind = "perception"
     instant = True
-    cloud: In[Cloud]  # the contacts, fused
-    contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
-    shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
-    relief: In[Relief | None] = None  # map of the presses; what it shows beside what was felt is added
+    cloud: In[Cloud]  # cloud of the contacts, fused
+    contacts: In[list[Contact]]  # contacts that the cloud was fused from, with the pose of the hand
+    shape: In[Wanted] = port("auto", doc="shape to take for granted; auto takes the one with most evidence")
+    relief: In[Relief | None] = None  # map of the presses; surface that it shows beside the contacts is added
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
-    fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
+    fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="standard deviation of fillet")
     solid: Out[Solid] = port(
         truth={name: name for name in DIMENSIONS}, doc="the shape, with the dimensions that it has"
     )
-    filled_cloud: Out[Cloud]  # with what the map shows, less what the shape leaves free, as the inside of a wire
+    filled_cloud: Out[Cloud]  # cloud with the map's surface, less places that the shape leaves free, as inside a wire
 
     def update(self) -> Status:
         """Fit."""
@@ -52,11 +52,11 @@ class FitObject(Behavior):
             relief=self.relief,
         )
         self.solid = found
-        # a wire is no wider than it is, and beside it there is nothing to tell
+        # a wire has no surface beside it that the map could add
         whole = (
             self.cloud if self.relief is None or found.kind.startswith("wire") else told_points(self.cloud, self.relief)
         )
-        # nor is there any of a flat top beyond its sides, along which the membrane is as close
+        # nor has a flat top any beyond its sides, along which the membrane is as close
         beyond = (whole.seen == 0) & (outside(found, whole.points[:, :2]) > whole.cell)
         self.filled_cloud = whole.part(~(beyond | no_wire_there(found, whole.points[:, :2], self.fillet)))
         return Status.SUCCESS

@@ -15,7 +15,7 @@ class FitShape(Behavior):
     kind = "perception"
     instant = True
     contact: In[Contact]  # points and rays of the contact
-    shape: In[Literal["auto", "plane", "sphere", "cylinder", "cone"]] = port("auto", doc="what to fit; auto compares")
+    shape: In[Literal["auto", "plane", "sphere", "cylinder", "cone"]] = port("auto", doc="shape to fit; auto compares")
     fitted: Out[Shape]  # the shape, its parameters with their deviations, and how all compare
 
     def update(self) -> Status:

@@ -9,10 +9,10 @@ from stretch_bt.tree.registry import node
 
 @node
 class FitSphere(Behavior):
-    """Fit a sphere to the points in contact; FAILURE when the cap is too small to carry a radius.
+    """Fit a sphere to the points in contact; FAILURE when the cap is too small to determine a radius.
 
-    With a sphere that was fitted `before` to the same object, the curvature is the mean of both, and where this contact carries no radius
-    that sphere stands.
+    With a sphere that was fitted `before` to the same object, the curvature is the mean of both, and where this contact determines no radius
+    the earlier sphere stays.
     """
 
     kind = "perception"
@@ -23,7 +23,7 @@ class FitSphere(Behavior):
     min_significance: In[float] = port(
         3.0,
         min=1.0,
-        doc="accept when the curvature exceeds this many sd; below 5 the fit itself refuses",
+        doc="least curvature to accept, in standard deviations; below 5 the fit itself refuses",
     )
 
     def update(self) -> Status:

@@ -13,16 +13,16 @@ class FuseContact(Behavior):
     """Add a contact to the cloud in a key, or begin one; FAILURE when the contact has too few points.
 
     Every node that writes to the same key adds to the same cloud. Contacts from frames with the hand's pose come together
-    in the world; those without, from a camera alone, in the frame of the hand, which then must not move.
+    in the world; contacts without it, from a camera alone, in the frame of the hand, which then must not move.
     """
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # from any pose of the hand
+    contact: In[Contact]  # contact from any pose of the hand
     cell: In[Length] = port(CELL, min=1e-4, max=0.01, doc="width of the columns in which points are averaged")
     floor: In[Length] = port(FLOOR, min=0.0, max=0.01, doc="standard deviation that all points share, as of the pose")
     reset: In[bool] = False  # whether to begin a new cloud
-    cloud: InOut[Cloud | None]  # with this contact in it
+    cloud: InOut[Cloud | None]  # the cloud with this contact in it
 
     def update(self) -> Status:
         """Fuse."""

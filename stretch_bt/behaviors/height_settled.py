@@ -1,4 +1,4 @@
-"""Telling whether the height of what rolls has settled."""
+"""Deciding whether the height of a rolling lump has settled."""
 
 import math
 import statistics
@@ -11,21 +11,21 @@ from stretch_bt.units import Estimate, Length
 
 @node
 class HeightSettled(Behavior):
-    """Take one more height, and tell whether the last ones spread by less than a limit.
+    """Take one more height, and decide whether the last ones spread by less than a limit.
 
-    That a lump has the same height whichever way it lies is no proof that it is round: a path that repeats one rotation meets the
+    Equal heights in all positions are no proof that a lump is round: a path that repeats one rotation meets the
     same places again, and heights are blind to shapes of constant width.
     """
 
     kind = "perception"
     instant = True
-    height: In[Length]  # the latest
+    height: In[Length]  # latest height
     height_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of height, which is not taken off the spread")
-    count: In[int] = port(10, min=3, max=1000, doc="how many of the last heights count")
-    limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="of their standard deviation")
+    count: In[int] = port(10, min=3, max=1000, doc="number of last heights that count")
+    limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="limit of their standard deviation")
     reset: In[bool] = False  # whether to begin anew with this height
-    heights: InOut[Heights | None]  # the last ones
-    spread: Out[Length]  # standard deviation of the last heights, of those there are
+    heights: InOut[Heights | None]  # last heights
+    spread: Out[Length]  # standard deviation of the last heights, as many as there are
     settled: Out[bool]  # whether there are enough of them and their spread is under the limit
 
     def update(self) -> Status:

@@ -11,15 +11,15 @@ class KeepContact(Behavior):
     """Add a contact to the list in a key, or begin one; FAILURE when the contact does not know the pose of the hand.
 
     `fit_object` takes the list beside the cloud that `fuse_contact` makes of the same contacts. Past `most` the oldest
-    one goes.
+    one is dropped.
     """
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # from any pose of the hand
-    most: In[int] = port(64, min=1, max=1000, doc="how many to keep")
+    contact: In[Contact]  # contact from any pose of the hand
+    most: In[int] = port(64, min=1, max=1000, doc="number of contacts to keep")
     reset: In[bool] = False  # whether to begin a new list
-    contacts: InOut[list[Contact] | None]  # with this contact as the last
+    contacts: InOut[list[Contact] | None]  # the list with this contact as the last
 
     def update(self) -> Status:
         """Keep."""

@@ -13,14 +13,14 @@ from stretch_bt.units import Estimate
 class LearnPattern(Behavior):
     """Learn the static error of the camera from frames of the free membrane, whose shape is known.
 
-    A membrane in tension is flat but for its sag; what the frames show beside that is the camera's own error. It is `none` where the frames
-    do not show it. How far the membrane sags cannot be told from an error of the same shape, so `mounting` helps.
+    A membrane in tension is flat but for its sag; the residual of the frames is the camera's own error. It is `none` where the frames
+    do not show it. The sag cannot be distinguished from an error of the same shape, so `mounting` helps.
     """
 
     kind = "perception"
     instant = True
     free_membrane: In[FreeMembrane]  # frames of the free membrane, by `descend`
-    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
+    mounting: In[Mounting | None] = None  # mounting of the membrane, as far as it is known
     pattern: Out[Pattern | None]  # static error of the camera, which `capture` and `average_frames` take off
 
     def update(self) -> Status:

@@ -15,16 +15,16 @@ class ListPresses(ModelBehavior):
     """List the presses within the limits, at the present stretch and in steps up to the largest, with the forces that the model predicts."""
 
     touch: In[Touch]  # first contact, from which depths count
-    sphere: In[Sphere]  # in contact
+    sphere: In[Sphere]  # sphere in contact
     felt: In[Felt]  # the object, as far as it was felt, at the present press
-    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="of the hand, past first contact", limit="depth")
-    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="by the model", limit="force")
-    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="of the membrane", limit="stretch")
-    stretch_step: In[Length] = port(0.010, min=0.001, max=0.080, doc="between the stretches to choose from")
-    candidates: Out[Candidates]  # the presses
+    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="largest depth past first contact", limit="depth")
+    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="largest force, by the model", limit="force")
+    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="largest stretch of the membrane", limit="stretch")
+    stretch_step: In[Length] = port(0.010, min=0.001, max=0.080, doc="step between the stretches to choose from")
+    candidates: Out[Candidates]  # presses to choose from
 
     def prepare(self) -> None:
-        """Load the model, and refuse one that does not reach as far as is planned."""
+        """Load the model, and refuse one whose range ends below the planned stretch."""
         super().prepare()
         self.prepare_reach(lambda: self.max_stretch)
 

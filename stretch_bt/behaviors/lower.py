@@ -17,8 +17,8 @@ class Lower(LimitedMotion):
     arm: Uses[Arm]
     force_sensor: Uses[ForceSensor | None]
     by: In[Length] = port(0.001, min=0.0001, max=0.010, doc="step, straight down")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
 
     def start(self) -> Motion:
         """Move straight down."""

@@ -17,19 +17,19 @@ from stretch_bt.tree.registry import node
 
 @node
 class MapView(Behavior):
-    """Tell contact from free membrane by what stays as the hand rises, and add it to a map and a cloud of the object.
+    """Distinguish contact from free membrane by the surface that stays as the hand rises, and add the contact to a map and a cloud.
 
-    FAILURE when the press disagrees with those before by more than noise explains: the object moved or gave way. Map, cloud
+    FAILURE when the press disagrees with earlier ones by more than noise explains: the object moved or gave way. Map, cloud
     and contacts are then left as they were.
     """
 
     kind = "perception"
     instant = True
-    deep: In[DepthFrame]  # with the hand lowered
-    shallow: In[DepthFrame]  # with the hand raised a little, still in contact
+    deep: In[DepthFrame]  # frame with the hand lowered
+    shallow: In[DepthFrame]  # frame with the hand raised a little, still in contact
     relief: InOut[Relief | None]  # the map with this press in it
-    cloud: InOut[Cloud | None]  # of the points in contact, without what later presses undercut
-    contacts: InOut[list[Contact] | None]  # of the presses that touched, for a fit of the shape to all of them
+    cloud: InOut[Cloud | None]  # points in contact, without points that later presses undercut
+    contacts: InOut[list[Contact] | None]  # contacts of the presses that touched, to fit the shape to all of them
 
     def update(self) -> Status:
         """Add."""

@@ -1,4 +1,4 @@
-"""How far off the diameters of a sensitivity map are."""
+"""The mean error of the diameters of a sensitivity map."""
 
 from typing import Literal
 
@@ -12,14 +12,14 @@ from stretch_bt.units import Length
 
 @node
 class MeanDiameterError(Behavior):
-    """Tell the mean absolute error of diameters along i and j over a table's presses; FAILURE when all were refused."""
+    """Compute the mean absolute error of diameters along i and j over a table's presses; FAILURE when all were refused."""
 
     kind = "model"
     instant = True
     measured: In[Table]  # the table, by `plan_protocol`
-    method: In[Literal["fit", "paper_fit", "paper_width"]] = "fit"  # as `compare_diameters` has them
-    least_depth: In[Length] = port(5e-3, min=0.0, doc="of the presses that count, or the deepest")
-    error: Out[Length]  # what a method refused does not count
+    method: In[Literal["fit", "paper_fit", "paper_width"]] = "fit"  # the way, as `compare_diameters` names it
+    least_depth: In[Length] = port(5e-3, min=0.0, doc="least depth of the presses that count, at most the deepest")
+    error: Out[Length]  # mean absolute error; presses that the method refused do not count
 
     def update(self) -> Status:
         """Average."""

@@ -10,23 +10,23 @@ from stretch_bt.units import Estimate, Length
 
 @node
 class MeasureContact(Behavior):
-    """Measure a flat-faced object in contact by its face and the skirt around it; FAILURE when the frame carries no size."""
+    """Measure a flat-faced object in contact by its face and the skirt around it; FAILURE when the frame determines no size."""
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
-    hypothesis: In[Wanted] = port("auto", doc="a shape, or the simplest that none clearly beats")
+    contact: In[Contact]  # surface and labels of the contact, and its stretch where that is known
+    hypothesis: In[Wanted] = port("auto", doc="shape; auto takes the simplest that no other clearly beats")
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
     fillet_sd: In[Length] = port(
-        0.58e-3, min=0.0, doc="its standard deviation; that of any radius from 0 to 2 mm unless told"
+        0.58e-3, min=0.0, doc="standard deviation of fillet; by default for any radius from 0 to 2 mm"
     )
-    skirt: In[Skirt] = "thin"  # of a sheet that does not resist bending, or of one that does
+    skirt: In[Skirt] = "thin"  # skirt of a sheet that does not resist bending, or of one that does
     mount_prestretch: In[Length] = port(
-        0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
+        0.0, min=0.0, max=0.05, doc="prestretch of the membrane by its mounts, at stretch 0"
     )
-    diameter_i: Out[Length]  # width of the object across
+    diameter_i: Out[Length]  # width of the object across the stretch
     diameter_j: Out[Length]  # width of the object along the stretch
-    size: Out[ContactSize]  # shape, sides, rotation, place and all that a measurement finds
+    size: Out[ContactSize]  # shape, sides, rotation, place and all else that the measurement finds
 
     def update(self) -> Status:
         """Measure."""

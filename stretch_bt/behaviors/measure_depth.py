@@ -11,13 +11,13 @@ MAX_AGE = 0.2
 
 @node
 class MeasureDepth(Behavior):
-    """Measure how far the hand stands past first contact; above it that is 0."""
+    """Measure the depth of the hand past first contact; above first contact it is 0."""
 
     kind = "perception"
     instant = True
     arm: Uses[Arm]
     touch: In[Touch]  # first contact
-    depth: Out[Length]  # of the hand
+    depth: Out[Length]  # depth of the hand
 
     def update(self) -> Status:
         """Measure."""

@@ -14,20 +14,20 @@ from stretch_bt.units import Estimate, Force
 class MeasureForce(Behavior):
     """Take the mean of the next readings of the force sensor while the hand stands still; FAILURE when the sensor is stuck.
 
-    The force is that along the hand's axis, above 0 where the object pushes it away: unlike a magnitude it is not raised by
-    noise. Its standard deviation is the standard error of the readings together with that of the last `zero_force`. A sensor is
-    stuck when it has no new reading for a second, or when all its readings are alike to the last digit and those of the
-    measurement before, at another depth of the hand, were the same. Without an arm the hand is taken to point straight down.
+    The force is its component along the hand's axis, above 0 where the object pushes the hand away: noise does not raise it as it
+    raises a magnitude. Its standard deviation combines the standard errors of the readings and of the last `zero_force`. A sensor is
+    stuck when it has no new reading for a second, or when all its readings are alike to the last digit and equal the readings of
+    the measurement before, at another depth of the hand. Without an arm the hand is taken to point straight down.
     """
 
     kind = "perception"
     force_sensor: Uses[ForceSensor]
     arm: Uses[Arm | None]
-    count: In[int] = port(10, min=1, max=10000, doc="readings to average, one a tick")
-    zero: In[Zero | None] = None  # what the sensor says without a load, which is taken off
+    count: In[int] = port(10, min=1, max=10000, doc="number of readings to average, one a tick")
+    zero: In[Zero | None] = None  # reading of the sensor without a load, which is taken off
     touch: In[Touch | None] = None  # first contact: below it two measurements are never alike
-    force_sample: InOut[ForceSample | None]  # the readings of this measurement, and before it of the one before
-    force: Out[Force] = port(truth="force")  # on the hand, along its axis
+    force_sample: InOut[ForceSample | None]  # readings of this measurement, and before it of the previous one
+    force: Out[Force] = port(truth="force")  # force on the hand, along its axis
 
     def initialise(self) -> None:
         """Accept readings from now on."""

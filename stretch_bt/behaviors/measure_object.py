@@ -14,8 +14,8 @@ class MeasureObject(Behavior):
 
     kind = "perception"
     instant = True
-    cloud: In[Cloud]  # of its surface
-    dimensions: Out[Dimensions]  # lengths along three axes, and how each was had
+    cloud: In[Cloud]  # cloud of its surface
+    dimensions: Out[Dimensions]  # lengths along three axes, and how each was measured
     length: Out[Length] = port(truth="length")  # the longer dimension across z
     width: Out[Length] = port(truth="width")  # the shorter dimension across z
     height: Out[Length] = port(truth="height")  # the dimension nearest to z

@@ -13,21 +13,21 @@ from stretch_bt.units import Area, Estimate, Length
 class MeasureOutline(Behavior):
     """Measure the area, perimeter and circularity of a contact; FAILURE where its border is cut, in pieces, or beside pixels without depth.
 
-    Circularity is 4 pi area / perimeter^2: 1 for a disc, 0.785 for a square. The deviations count that the border as a whole may
-    lie too far out or in: by 2.2 mm where curvature does not show it, and by 8 mm under a membrane whose stretch is unknown or
-    less than 5 mm. With a `level` it is the outline of the membrane that far below its highest place, which flat and low objects
-    show better than the curvature by which contact is told.
+    Circularity is 4 pi area / perimeter^2: 1 for a disc, 0.785 for a square. The deviations include an error of the
+    whole border, outward or inward: 2.2 mm where curvature does not show it, and 8 mm under a membrane whose stretch is unknown or
+    less than 5 mm. With a `level` the outline is the membrane's level line that far below its highest place, which flat and low
+    objects show better than the curvature that shows contact.
     """
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # of a flat object
-    level: In[Length | None] = None  # below the highest place; without it the border of the contact is taken
-    method: In[Literal["contour", "pixel_chain", "low_pass"]] = "contour"  # how the perimeter in it is had
-    circularity: Out[float]  # by that method; they differ by 10 % and more
-    area: Out[Area]  # that the outline encloses
-    line: Out[list[float]]  # x and y of its corners in turn, m, membrane frame
-    perimeter: Out[Length]  # of the smoothed outline
+    contact: In[Contact]  # contact of a flat object
+    level: In[Length | None] = None  # distance below the highest place; without it the border of the contact is taken
+    method: In[Literal["contour", "pixel_chain", "low_pass"]] = "contour"  # method for the perimeter in circularity
+    circularity: Out[float]  # circularity by that method; the methods differ by 10 % and more
+    area: Out[Area]  # area that the outline encloses
+    line: Out[list[float]]  # x and y of the outline's corners in turn, m, membrane frame
+    perimeter: Out[Length]  # length of the smoothed outline
 
     def update(self) -> Status:
         """Trace and measure."""

@@ -1,4 +1,4 @@
-"""How round a lump is, from what several ways it lay show of it."""
+"""How round a lump is, from looks at it between which it turned."""
 
 import statistics
 
@@ -17,22 +17,22 @@ UNKNOWN = 1.0  # residual over the radius before there are two looks
 class MeasureRoundness(Behavior):
     """Take one more look at a lump that rolls, and compare the last ones with a ball.
 
-    Of looks between which the lump turned three things are measured: by how much its caps differ from their mean, how round their level
-    lines are on average, and how high it is on average over the diameter of the ball of its volume. Of all bodies of a volume
-    the ball has the least mean width (Urysohn 1924), so that the last, unlike the spread of the heights, misses no shape; the
-    load of the hand lowers it. A level line that is cut or unseen is left out, and
-    under a tense membrane they say more of the membrane than of the lump.
+    Looks between which the lump turned give three quantities: the residual of its caps from their mean, the mean circularity of their level
+    lines, and its mean height over the diameter of the ball of its volume. Of all bodies of a volume
+    the ball has the least mean width (Urysohn 1924), so that the mean height, unlike the spread of the heights, misses no shape; the
+    load of the hand lowers it. A level line that is cut or unseen is left out;
+    under a tense membrane level lines show more of the membrane than of the lump.
     """
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # the latest
-    height: In[Length]  # of the top over the table, at the same look
-    radius: In[Length] = port(min=0.001, max=0.1, doc="of the ball of the lump's volume")
-    count: In[int] = port(6, min=2, max=1000, doc="how many of the last looks count")
-    level: In[Length | None] = port(None, min=0.0005, max=0.02, doc="of level lines below the top, where any are drawn")
-    lump_looks: InOut[LumpLooks | None]  # the last ones
-    residual: Out[float]  # of the caps from their mean over the radius, without the camera's noise; 1 before two looks
+    contact: In[Contact]  # latest contact
+    height: In[Length]  # height of the top over the table, at the same look
+    radius: In[Length] = port(min=0.001, max=0.1, doc="radius of the ball of the lump's volume")
+    count: In[int] = port(6, min=2, max=1000, doc="number of last looks that count")
+    level: In[Length | None] = port(None, min=0.0005, max=0.02, doc="depth of the level lines below the top, if any")
+    lump_looks: InOut[LumpLooks | None]  # last looks
+    residual: Out[float]  # caps' residual from their mean over the radius, less the camera's noise; 1 before two looks
     spread: Out[float]  # standard deviation of the heights over the radius
     width: Out[float]  # mean height over the diameter
     outline: Out[float]  # mean circularity of the level lines, low-pass; 0 where none was drawn

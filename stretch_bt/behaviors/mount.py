@@ -14,19 +14,19 @@ from stretch_bt.units import Angle, Length
 
 @node
 class Mount(MotionBehavior):
-    """Ask the operator to mount an indenter in place of what stands under the hand, and wait until it is done.
+    """Ask the operator to mount an indenter in place of the object under the hand, and wait until it is done.
 
     It unsets `touch`, as the height of first contact is then no longer known: run `approach` next. Raise the hand well clear before.
     """
 
     operator: Uses[Operator]
-    geometry: In[str]  # sphere, cylinder or cone
-    diameter: In[Length] = port(0.0, min=0.0, doc="of a sphere or cylinder")
-    angle: In[Angle] = port(0.0, min=0.0, doc="of a cone, between its surface and the membrane plane")
+    geometry: In[str]  # shape of the indenter: sphere, cylinder or cone
+    diameter: In[Length] = port(0.0, min=0.0, doc="diameter of a sphere or cylinder")
+    angle: In[Angle] = port(0.0, min=0.0, doc="angle of a cone between its surface and the membrane plane")
     touch: InOut[Touch | None]  # first contact, which is unset
 
     def prepare(self) -> None:
-        """Refuse what no operator can mount, where it is known already."""
+        """Refuse an indenter that no operator can mount, where it is known already."""
         with suppress(UnsetKey):
             check_indenter(self.geometry, self._size())
 

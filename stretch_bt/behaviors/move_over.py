@@ -15,7 +15,7 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Length, Speed
 
 MAX_AGE = 0.5
-STRAIGHT = 1e-6  # of the hand's axis from the vertical that is still called upright
+STRAIGHT = 1e-6  # largest 1 - cosine of the hand's tilt that still counts as upright
 
 
 @node
@@ -28,13 +28,13 @@ class MoveOver(MotionBehavior):
 
     arm: Uses[Arm]
     touch: In[Touch | None] = None  # first contact, at the highest place that was felt, where it is known
-    x: In[Length] = port(limit="x")  # of the hand, world
-    y: In[Length] = port(limit="y")  # of the hand, world
+    x: In[Length] = port(limit="x")  # x of the hand, world
+    y: In[Length] = port(limit="y")  # y of the hand, world
     yaw: In[Angle] = port(0.0, min=-math.pi, max=math.pi, doc="turn about the vertical")
     clearance: In[Length] = port(
-        0.020, min=0.005, max=0.300, doc="above the highest place that was felt", limit="travel"
+        0.020, min=0.005, max=0.300, doc="height above the highest place that was felt", limit="travel"
     )
-    speed: In[Speed] = port(0.100, min=0.001, max=0.250, doc="of the hand", limit="speed")
+    speed: In[Speed] = port(0.100, min=0.001, max=0.250, doc="speed of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Go up, then across."""

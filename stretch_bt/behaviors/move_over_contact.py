@@ -1,4 +1,4 @@
-"""Taking the hand to where what it touched stands in its middle."""
+"""Taking the hand to where the touched object stands in its middle."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stretch_bt.units import Length, Speed
 MAX_AGE = 0.5
 #: the membrane frame's y is reversed against the hand's
 MIRROR = np.array([1.0, -1.0])
-HIGHEST = 0.99  # of the points lie lower: what is higher may be noise
+HIGHEST = 0.99  # share of the points that lie lower: higher ones may be noise
 TOP = 0.0015  # m
 
 
@@ -21,14 +21,14 @@ TOP = 0.0015  # m
 class MoveOverContact(MotionBehavior):
     """Raise the hand clear and take it across to where the top of a contact was; FAILURE when the contact does not know its pose.
 
-    The top is the middle of what lies within 1.5 mm of the highest place: a tense membrane may look touched beside a clamp as well.
+    The top is the middle of the points within 1.5 mm of the highest place: a tense membrane may look touched beside a clamp as well.
     It goes no faster than the cell allows where the hand may meet something.
     """
 
     arm: Uses[Arm]
-    contact: In[Contact]  # the last one before the hand left
-    clearance: In[Length] = port(0.010, min=0.0, max=0.300, doc="above where the hand is", limit="travel")
-    speed: In[Speed] = port(0.050, min=0.001, max=0.250, doc="of the hand", limit="speed")
+    contact: In[Contact]  # last contact before the hand left
+    clearance: In[Length] = port(0.010, min=0.0, max=0.300, doc="height above the present one", limit="travel")
+    speed: In[Speed] = port(0.050, min=0.001, max=0.250, doc="speed of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Go up, then across."""

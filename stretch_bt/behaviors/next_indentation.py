@@ -11,10 +11,10 @@ from stretch_bt.units import Force, Length
 class NextIndentation(ModelBehavior):
     """Find the depth of the membrane that gives the same force at another stretch, so that the force never falls."""
 
-    radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
-    stretch: In[Length] = port(min=0.0, max=0.080, doc="the next stretch")
-    force: In[Force] = port(min=0.0, doc="to be kept")
-    depth: Out[Length]  # of the membrane, past first contact
+    radius: In[Length] = port(min=0.001, max=1.0, doc="radius of the sphere in contact")
+    stretch: In[Length] = port(min=0.0, max=0.080, doc="next stretch")
+    force: In[Force] = port(min=0.0, doc="force to be kept")
+    depth: Out[Length]  # depth of the membrane, past first contact
 
     def update(self) -> Status:
         """Invert the force model."""

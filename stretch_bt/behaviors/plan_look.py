@@ -16,36 +16,36 @@ LEAST_NOISE = 1e-6  # m
 
 @node
 class PlanLook(Behavior):
-    """Choose the press and the number of frames that take most off the variance of the stiffness at a deflection per second of the robot.
+    """Choose the press and the number of frames that reduce the variance of the stiffness at a deflection most per second of the robot.
 
-    The force never falls: the hand stays where it is, or presses harder by at least three standard deviations of what the two may be off.
-    The plan is `known` when the stated deviation is as small as wanted, or no look takes enough off it; it is then the present press.
-    While the object's deflection is not known yet the press is that of `plan_press`; FAILURE when no candidate is harder.
+    The force never falls: the hand stays where it is, or presses harder by at least three standard deviations of the difference of the two forces.
+    The plan is `known` when the stated deviation is as small as wanted, or no look reduces it enough; it is then the present press.
+    While the object's deflection is not known yet, the press is planned as by `plan_press`; FAILURE when no candidate is harder.
     """
 
     kind = "model"
     instant = True
-    candidates: In[Candidates]  # by `list_presses`
+    candidates: In[Candidates]  # presses to choose from, by `list_presses`
     felt: In[Felt]  # the object, as far as it was felt
-    top_readings: In[TopReadings]  # of its top
+    top_readings: In[TopReadings]  # readings of its top
     deflection: In[Length] = port(
-        min=1e-4, doc="at which the stiffness is wanted; no press is sent to where it may be twice as large"
+        min=1e-4, doc="deflection at which the stiffness is wanted; no press goes where it may be twice as large"
     )
     at_press: In[bool] = port(
         False, doc="whether the stiffness at the last press is wanted instead, whichever that will be"
     )
     wanted_error: In[float] = port(0.05, min=1e-3, max=1.0, doc="relative standard deviation of that stiffness")
     least_gain: In[float] = port(
-        0.01, min=0.0, max=10.0, doc="part of the variance, a second, below which no look is worth its time"
+        0.01, min=0.0, max=10.0, doc="least relative reduction of the variance, per second, that is worth a look"
     )
-    settle: In[Time] = port(0.0, min=0.0, max=60.0, doc="for which a new press is left alone before it is looked at")
+    settle: In[Time] = port(0.0, min=0.0, max=60.0, doc="time for which a new press is left alone before a look")
     frame_noise: In[Length | None] = port(
         None,
         min=1e-6,
         max=0.01,
-        doc="by which a height is off in one frame; unless given, as the readings of the present press say",
+        doc="standard deviation of a height's error in one frame; unless given, as the present press' readings state",
     )
-    next: Out[PlannedPress]  # at the present press where the hand stays
+    next: Out[PlannedPress]  # next press; the present one where the hand stays
 
     def update(self) -> Status:
         """Plan."""
@@ -67,7 +67,7 @@ class PlanLook(Behavior):
         return stiffness.sd <= self.wanted_error * stiffness.value
 
     def _noise(self, felt: Felt) -> tuple[Length, Length]:
-        """Return by how much a height is off in one frame, m, and what of it more frames leave, m."""
+        """Return the standard deviation of a height's error in one frame, m, and the part that more frames do not reduce, m."""
         if self.frame_noise:
             return self.frame_noise, fixed_part(self.frame_noise)
         noise, fixed = noise_at(self.top_readings.readings, felt.last)

@@ -11,20 +11,20 @@ from stretch_bt.units import Length
 
 @node
 class PlanPress(Behavior):
-    """Choose the press at which the object should give way by the wanted deflection; FAILURE when no candidate is harder than the present one.
+    """Choose the press at which the object should reach the wanted deflection; FAILURE when no candidate is harder than the present one.
 
-    The force never falls: it is at least that of the last press and three standard deviations of what the two may be off. The hand
-    presses deeper at the same stretch where that will do, and else takes the next stretch at which the force is within reach. Where the
-    object gave way by `least` already, that none is harder is no FAILURE: `hardest` says it, and the plan is the present press.
+    The force never falls: it exceeds the last press' force by at least three standard deviations of the difference of the two. The hand
+    presses deeper at the same stretch where that is enough, and else takes the next stretch at which the force is within reach. Where the
+    deflection has reached `least`, a lack of harder presses is no FAILURE: `hardest` reports it, and the plan is the present press.
     """
 
     kind = "model"
     instant = True
-    candidates: In[Candidates]  # by `list_presses`
+    candidates: In[Candidates]  # presses to choose from, by `list_presses`
     felt: In[Felt]  # the object, as far as it was felt
-    deflection: In[Length] = port(min=1e-4, doc="by which the object should give way")
-    least: In[Length | None] = port(None, min=1e-4, doc="deflection that will do where no candidate is harder")
-    next: Out[PlannedPress]  # at the present stretch where that will do
+    deflection: In[Length] = port(min=1e-4, doc="wanted deflection of the object")
+    least: In[Length | None] = port(None, min=1e-4, doc="deflection that is enough where no candidate is harder")
+    next: Out[PlannedPress]  # next press, at the present stretch where that is enough
     hardest: Out[bool]  # whether no candidate is harder than the present press
 
     def update(self) -> Status:

@@ -1,4 +1,4 @@
-"""Which presses a characterisation or a sensitivity map lacks."""
+"""The presses that a characterisation or a sensitivity map lacks."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -24,27 +24,27 @@ class PlanProtocol(Behavior):
     """List the presses of a protocol that its table lacks, and open the table.
 
     Indenters change most seldom, then stretches, then trials; within a trial depths rise, because the membrane is softer up to
-    where it has been before. A table that an earlier run began is gone on with: name it in `table`. It must be of the same hand,
+    where it has been before. To continue a table that an earlier run began, name it in `table`. It must be of the same hand,
     scene, cell and protocol, and its membrane conditioned alike. The record keeps a copy.
     """
 
     kind = "model"
     instant = True
     protocol: In[Literal["tasks", "paper", "sensitivity"]] = port(
-        "tasks", doc="which presses; the last are of flat cylinders alone"
+        "tasks", doc="protocol of presses; the last is of flat cylinders alone"
     )
     table: In[str] = ""  # a CSV file, relative to the working folder; without it a new one in the record of the run
-    diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's
-    stretches: In[Sequence[Length]] = ()  # in place of the protocol's
-    depths: In[Sequence[Length]] = ()  # in place of the protocol's
+    diameters: In[Sequence[Length]] = ()  # diameters of spheres and cylinders, in place of the protocol's
+    stretches: In[Sequence[Length]] = ()  # stretches in place of the protocol's
+    depths: In[Sequence[Length]] = ()  # depths in place of the protocol's
     condition: In[bool] = False  # whether the tree first presses each indenter to max_depth at max_stretch
-    trials: In[int] = port(0, min=0, max=1000, doc="of each stretch of an indenter; 0 for as many as the protocol has")
+    trials: In[int] = port(0, min=0, max=1000, doc="trials at each stretch of an indenter; 0 for the protocol's number")
     plan: Out[ProtocolPlan]  # all presses
-    measured: Out[Table]  # those that the table holds
-    left: Out[Left]  # those that it lacks
+    measured: Out[Table]  # presses that the table holds
+    left: Out[Left]  # presses that it lacks
 
     def prepare(self) -> None:
-        """Refuse, where it is known already, what makes no protocol or lies past a limit, and a table that cannot be gone on with."""
+        """Refuse, where they are known already, values that make no protocol or lie past a limit, and a table that cannot be continued."""
         with suppress(UnsetKey):
             wanted = self._wanted()
             _check_within(wanted, self.context.limits)
@@ -52,7 +52,7 @@ class PlanProtocol(Behavior):
                 check_table(self.context, self.table, self.protocol, self._conditioning(wanted))
 
     def update(self) -> Status:
-        """Open the table, and look what is missing."""
+        """Open the table, and list the presses that it lacks."""
         wanted = self._wanted()
         table = open_table(self.context, self.table, self.protocol, self._conditioning(wanted))
         self.plan = ProtocolPlan.of(self.protocol, wanted)

@@ -25,10 +25,10 @@ MAX_AGE = 0.5
 
 @node
 class PlanView(Behavior):
-    """Choose the place and turn of the hand for the next press of an object: where most is expected that was not felt yet.
+    """Choose the place and turn of the hand for the next press of an object: where the most surface not felt yet is expected.
 
-    With `poses` the operator says where. Nothing is left when so much is covered as was asked for, when no pose is expected
-    to show more than a little, when three presses in a row showed nothing new, or when the poses are over. The first press
+    With `poses` the operator chooses the places. The view is `done` at the wanted coverage, when no pose is expected
+    to show more than a little, when three presses in a row showed nothing new, or after the last of the poses. The first press
     is where the hand is.
     """
 
@@ -36,12 +36,12 @@ class PlanView(Behavior):
     instant = True
     arm: Uses[Arm]
     gripper: Uses[Gripper | None]
-    relief: In[Relief | None] = None  # what was felt, nothing before the first press
-    depth: In[Length] = port(0.015, min=0.001, max=MOST_DEPTH, doc="of the hand below the highest place felt")
+    relief: In[Relief | None] = None  # map of the presses, none before the first press
+    depth: In[Length] = port(0.015, min=0.001, max=MOST_DEPTH, doc="depth of the hand below the highest place felt")
     wanted_coverage: In[float] = port(0.95, min=0.0, max=1.0, doc="share of the upper surface that is enough")
-    max_presses: In[int] = port(12, min=1, max=1000, doc="after which no other is planned")
-    presses: In[int] = port(0, min=0, doc="made so far")
-    poses: In[Sequence[str]] = ()  # each `x; y` or `x; y; turn`, such as `10 mm; 0 mm; 90 deg`
+    max_presses: In[int] = port(12, min=1, max=1000, doc="number of presses after which no other is planned")
+    presses: In[int] = port(0, min=0, doc="number of presses made so far")
+    poses: In[Sequence[str]] = ()  # poses, each `x; y` or `x; y; turn`, such as `10 mm; 0 mm; 90 deg`
     tried: InOut[TriedViews | None]  # the places that were planned
     view: Out[PlannedView]  # where to press next
 

@@ -1,4 +1,4 @@
-"""Predicting the contact force from what the camera sees."""
+"""Predicting the contact force from the camera's view."""
 
 import math
 
@@ -13,14 +13,14 @@ from stretch_bt.units import Estimate, Force, Length
 class PredictForce(ModelBehavior):
     """Predict the contact force of a sphere from its radius, the stretch and the depth of the membrane."""
 
-    radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
-    stretch: In[Length] = port(min=0.0, max=0.080, doc="past the rest length")
+    radius: In[Length] = port(min=0.001, max=1.0, doc="radius of the sphere in contact")
+    stretch: In[Length] = port(min=0.0, max=0.080, doc="stretch past the rest length")
     depth: In[Length] = port(
-        doc="of the membrane: travel past first contact less what the object gave way; below 0 counts as 0"
+        doc="depth of the membrane: travel past first contact less the object's deflection; below 0 counts as 0"
     )
     radius_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of radius")
     depth_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of depth")
-    force: Out[Force]  # on the object
+    force: Out[Force]  # force on the object
 
     def update(self) -> Status:
         """Predict, with the standard deviations of model, radius and depth together."""

@@ -12,12 +12,12 @@ from stretch_bt.units import Length
 class PredictSag(ModelBehavior):
     """Predict how far the free membrane sags in its middle by its own weight.
 
-    `approach` needs it, since no camera tells a sag from a static error of its own of that shape. A model that knows nothing
-    of the membrane's weight, as the paper's, or a membrane that is all but slack, gives what silicone membranes do, 0.3 +- 0.3 mm.
+    `approach` needs it, since no camera distinguishes a sag from a static error of its own of that shape. A model without the
+    membrane's weight, such as the paper's, or a membrane that is all but slack, gives the sag usual of silicone membranes, 0.3 +- 0.3 mm.
     """
 
-    stretch: In[Length] = port(0.0, min=0.0, max=0.080, doc="past the rest length")
-    mounting: Out[Mounting]  # of the membrane, with its sag
+    stretch: In[Length] = port(0.0, min=0.0, max=0.080, doc="stretch past the rest length")
+    mounting: Out[Mounting]  # mounting of the membrane, with its sag
 
     def update(self) -> Status:
         """Predict."""

@@ -22,9 +22,9 @@ class Press(LimitedMotion):
     arm: Uses[Arm]
     force_sensor: Uses[ForceSensor | None]
     touch: In[Touch]  # first contact, from which depths count
-    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact", limit="depth")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
+    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute depth past first contact", limit="depth")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
+    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
 
     def start(self) -> Motion:
         """Move straight down, or up."""

@@ -20,17 +20,17 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.5
-SHARE = 0.97  # of the force at which the cell stops the arm, which is never asked for
-FRAMES = 2  # averaged at each look
+SHARE = 0.97  # largest force asked for, over the force at which the cell stops the arm
+FRAMES = 2  # frames averaged at each look
 
 
 @node
 class PressToThickness(MotionBehavior):
     """Press plastic material down to a given thickness over the table, as the camera sees it, or until the force reaches its limit.
 
-    The hand goes down by what the top still has to fall and looks again, so that it comes to the thickness from above whatever
-    share of the way the membrane takes. SUCCESS however it ended, with what ended it: `thickness`, `force`, or `depth` where the
-    hand may not go deeper. FAILURE when nothing is seen in contact.
+    The hand goes down by the distance that the top still has to fall and looks again, so that it comes to the thickness from above,
+    whatever share of the way the membrane takes. SUCCESS however it ended, with the cause: `thickness`, `force`, or `depth` where
+    the hand may not go deeper. FAILURE when nothing is seen in contact.
     """
 
     arm: Uses[Arm]
@@ -39,16 +39,16 @@ class PressToThickness(MotionBehavior):
     force_sensor: Uses[ForceSensor | None]
     touch: In[Touch]  # first contact, from which depths count
     pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
-    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
-    thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
+    mounting: In[Mounting | None] = None  # mounting of the membrane, as far as it is known
+    thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted thickness under the press")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force at which to stop", limit="lowered_force")
     max_depth: In[Length] = port(
-        MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; no deeper than the cell allows"
+        MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="largest depth past first contact; no deeper than the cell allows"
     )
     reached: Out[Length]  # thickness under the press
-    force: Out[Force]  # along the hand's axis, at the last look
-    ended: Out[str]  # by what: `thickness`, `force` or `depth`
+    force: Out[Force]  # force along the hand's axis, at the last look
+    ended: Out[str]  # cause of the end: `thickness`, `force` or `depth`
 
     def initialise(self) -> None:
         """Look first."""
@@ -112,7 +112,7 @@ class _Look:
         self._forces: list[float] = []
 
     def add(self) -> bool:
-        """Take what there is, and return whether it is enough."""
+        """Take the force and the next frame, if any, and return whether there are enough frames."""
         frame = self._source.next()
         self._forces.append(self._arm.wrench(MAX_AGE).value.force[2])
         if frame is not None:

@@ -16,17 +16,17 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.2
-SAFE = 0.8  # of the force at which the cell stops the arm
-LEAST = 0.0005  # m below the height of first contact: less is no press
+SAFE = 0.8  # share of the force at which the cell stops the arm
+LEAST = 0.0005  # m, least depth of a press past first contact
 
 
 @node
 class PressWatching(MotionBehavior):
-    """Lower the hand to a depth, and stop before where the force reaches a limit or the object's top gives way.
+    """Lower the hand to a depth, and stop earlier where the force reaches a limit or the object's top gives way.
 
-    Depths count from the height of first contact. The force stays below four fifths of that at which the cell stops the arm.
-    With a map of what was felt the top is watched while the hand sinks. It stops, too, where the membrane has no equilibrium, as it slips
-    off an object under its free side: `rise_to_balance` then. SUCCESS however it ended, with what ended it;
+    Depths count from the height of first contact. The force stays below four fifths of the force at which the cell stops the arm.
+    With a map of earlier presses the top is watched while the hand sinks. The hand also stops where the membrane has no equilibrium because
+    it slips off an object under its free side: `rise_to_balance` then. SUCCESS however it ended, with the cause;
     FAILURE when the limit is reached before the hand is below first contact.
     """
 
@@ -35,13 +35,13 @@ class PressWatching(MotionBehavior):
     gripper: Uses[Gripper | None]
     force_sensor: Uses[ForceSensor | None]
     touch: In[Touch]  # first contact, from which depths count
-    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="at most, past first contact", limit="depth")
-    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
-    max_deflection: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
-    relief: In[Relief | None] = None  # what was felt before
+    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="largest depth past first contact", limit="depth")
+    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="force at which to stop", limit="lowered_force")
+    max_deflection: In[Length] = port(0.001, min=0.0001, max=0.02, doc="fall of the top at which to stop")
+    relief: In[Relief | None] = None  # map of earlier presses
     pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
-    ended: Out[str]  # by what: `depth`, `force`, `deflection` or `balance`, which the membrane lost
+    ended: Out[str]  # cause of the end: `depth`, `force`, `deflection` or `balance`, which the membrane lost
 
     def initialise(self) -> None:
         """Take frames from now on."""

@@ -1,4 +1,4 @@
-"""The records of a characterisation: which presses there are, which are left, and the table of those that were made."""
+"""The records of a characterisation: the presses of its protocol, the presses left, and the table of the presses made."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ __all__ = ["Indenter", "Left", "ProtocolPlan", "Table", "Trial"]
 class ProtocolPlan:
     """The presses of a protocol."""
 
-    name: str  # of the protocol
-    presses: int  # how many there are
-    max_stretch: Length  # the largest
-    max_depth: Length  # the largest
+    name: str  # name of the protocol
+    presses: int  # number of presses
+    max_stretch: Length  # largest stretch
+    max_depth: Length  # largest depth
 
     @classmethod
     def of(cls, name: str, wanted: Protocol) -> ProtocolPlan:
-        """Return what there is of a protocol."""
+        """Return the plan of a protocol."""
         return cls(name, sum(1 for _ in wanted.states()), wanted.stretches[-1], wanted.depths[-1])
 
 
@@ -32,9 +32,9 @@ class ProtocolPlan:
 class Trial:
     """Presses at one stretch, each deeper than the one before."""
 
-    stretch: Length  # past the rest length
-    number: int  # of the trial at this stretch, from 1
-    depths: list[Length]  # of the hand, past first contact
+    stretch: Length  # stretch past the rest length
+    number: int  # number of the trial at this stretch, from 1
+    depths: list[Length]  # depths of the hand past first contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class Indenter:
     """An indenter with the trials to be made with it."""
 
     geometry: str  # sphere, cylinder or cone
-    diameter: Length  # of a sphere or cylinder; 0 for a cone
-    angle: Angle  # of a cone, between its surface and the membrane plane; else 0
-    trials: list[Trial]  # in their order
+    diameter: Length  # diameter of a sphere or cylinder; 0 for a cone
+    angle: Angle  # angle of a cone between its surface and the membrane plane; else 0
+    trials: list[Trial]  # trials in their order
 
     @property
     def size(self) -> float:
-        """The angle of a cone, rad; the diameter of another one, m."""
+        """The angle of a cone, rad; the diameter of another indenter, m."""
         return self.angle if self.geometry == "cone" else self.diameter
 
 
@@ -56,12 +56,12 @@ class Indenter:
 class Left:
     """The presses that a table lacks."""
 
-    presses: int  # how many
-    indenters: list[Indenter]  # in their order
+    presses: int  # number of presses
+    indenters: list[Indenter]  # indenters in their order
 
     @classmethod
     def of(cls, wanted: Protocol, made: Iterable[State]) -> Left:
-        """Return those of a protocol that no press made comes near."""
+        """Return the presses of a protocol that no press made comes near."""
         states = missing(wanted, made)
         indenters = [_indenter(list(group)) for _, group in groupby(states, lambda state: state.indenter)]
         return cls(len(states), indenters)

@@ -12,7 +12,7 @@ from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.tree.ports import Behavior, In, InOut, Status
 from stretch_bt.tree.registry import node
 
-HIGHEST = 99.0  # per cent of the map lie lower: what is higher may be noise
+HIGHEST = 99.0  # per cent of the map that lie lower: higher places may be noise
 
 
 @node

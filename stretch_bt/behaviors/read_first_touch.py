@@ -12,13 +12,13 @@ from stretch_bt.tree.registry import node
 class ReadFirstTouch(Behavior):
     """Add the height of a top that is barely touched to the readings; a touch too light to be seen adds nothing.
 
-    What was seen is kept with the height, so that `fit_deflection` can infer it again once the curvature of the top is known.
+    The points seen are kept with the height, so that `fit_deflection` can infer it again once the curvature of the top is known.
     """
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # of a shallow press
-    frames: In[int] = port(8, min=1, max=256, doc="averaged for it")
+    frame: In[DepthFrame]  # frame of a shallow press
+    frames: In[int] = port(8, min=1, max=256, doc="number of frames averaged for the height")
     top_readings: InOut[TopReadings | None]  # heights of the top since first contact
 
     def update(self) -> Status:

@@ -21,8 +21,8 @@ class Retract(MotionBehavior):
 
     arm: Uses[Arm]
     touch: In[Touch | None] = None  # first contact, where it is known
-    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
-    speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand", limit="speed")
+    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="height above first contact")
+    speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="speed of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Move straight up."""

@@ -9,17 +9,17 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Speed
 
 MAX_AGE = 0.2
-BACK = 0.001  # m to rise by where nothing answers
-CLEAR = 0.002  # m above first contact at which a hand that went back stays
+BACK = 0.001  # m, rise at each step
+CLEAR = 0.002  # m, height above first contact to which a hand close to it rises
 
 
 @node
 class RiseToBalance(MotionBehavior):
-    """Raise the hand, a little at a time, to where the membrane has an equilibrium; from close to first contact clear of it."""
+    """Raise the hand, a little at a time, to where the membrane has an equilibrium; from close to first contact, raise it clear."""
 
     arm: Uses[Arm]
     touch: In[Touch]  # first contact
-    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
+    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
 
     def start(self) -> Motion:
         """Go up a little."""
@@ -29,14 +29,14 @@ class RiseToBalance(MotionBehavior):
         return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:
-        """Go on; on the way the membrane need not have one."""
+        """Go on; on the way the membrane need not have an equilibrium."""
         try:
             return super().update()
         except NoEquilibrium:
             return Status.RUNNING
 
     def arrived(self) -> Status:
-        """Go on up while the arm feels that there is none; clear of first contact there is."""
+        """Go on up while the arm finds no equilibrium; clear of first contact there is one."""
         try:
             self.arm.wrench(MAX_AGE)
         except NoEquilibrium:

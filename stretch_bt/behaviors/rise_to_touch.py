@@ -16,9 +16,9 @@ class RiseToTouch(MotionBehavior):
     """Raise the hand where contact was noticed late, so that the first touch is a light one, which shows most of the height at no force."""
 
     arm: Uses[Arm]
-    frame: In[DepthFrame]  # of the contact
-    deepest: In[Length] = port(0.0025, min=0.0005, max=0.010, doc="how deep the first touch may be")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
+    frame: In[DepthFrame]  # frame of the contact
+    deepest: In[Length] = port(0.0025, min=0.0005, max=0.010, doc="largest depth of the first touch")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
 
     def initialise(self) -> None:
         """Look how deep the contact is."""

@@ -1,4 +1,4 @@
-"""Rolling what lies under the hand."""
+"""Rolling the object under the hand."""
 
 from typing import Literal
 
@@ -20,10 +20,10 @@ LEGS = 8  # pieces of a lap after each of which the height follows the force
 
 @node
 class Roll(LimitedMotion):
-    """Press to a depth and roll what lies under the hand along a closed path that begins and ends where it stands.
+    """Press to a depth and roll the object under the hand along a closed path that begins and ends where it stands.
 
     With a `force` the hand goes higher or lower after each eighth of a lap, down to `depth` at most, until the force along
-    its axis is that; else it stays at the depth. It makes so many laps, or rolls until it is stopped. FAILURE when the force
+    its axis equals it; else it stays at the depth. It makes `laps` laps, or rolls until it is stopped. FAILURE when the force
     exceeds its limit, or, with a `force`, when nothing was under the hand for a whole lap.
     """
 
@@ -32,17 +32,17 @@ class Roll(LimitedMotion):
     touch: In[Touch]  # first contact, from which depths count
     shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.4 as wide as long
     radius: In[Length] = port(
-        0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight", limit="radius"
+        0.015, min=0.001, max=0.060, doc="radius of the circle, or half of the length of the eight", limit="radius"
     )
-    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path", limit="contact_speed")
+    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="speed along the path", limit="contact_speed")
     depth: In[Length] = port(
-        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most", limit="depth"
+        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute depth past first contact; with a force the largest", limit="depth"
     )
-    force: In[Force | None] = port(None, min=0.01, max=50.0, doc="to keep, along the hand's axis", limit="force")
-    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
-    laps: In[int] = port(1, min=0, max=100000, doc="0: until it is stopped")
-    travel: Out[Length]  # of the hand so far, written after each piece
-    felt: Out[Force]  # mean along its axis over the latest piece
+    force: In[Force | None] = port(None, min=0.01, max=50.0, doc="force to keep along the hand's axis", limit="force")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
+    laps: In[int] = port(1, min=0, max=100000, doc="number of laps; 0: until it is stopped")
+    travel: Out[Length]  # travel of the hand so far, written after each piece
+    felt: Out[Force]  # mean force along its axis over the latest piece
 
     def initialise(self) -> None:
         """Forget an earlier roll."""

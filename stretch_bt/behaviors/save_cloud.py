@@ -13,9 +13,9 @@ class SaveCloud(Behavior):
 
     kind = "perception"
     instant = True
-    cloud: In[Cloud]  # to be kept
+    cloud: In[Cloud]  # cloud to be kept
     file: In[str] = "cloud"  # name of the files, without ending
-    points: Out[int]  # of the cloud
+    points: Out[int]  # number of points of the cloud
 
     def update(self) -> Status:
         """Write."""

@@ -16,7 +16,7 @@ class SegmentContact(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # with the hand's stretch, where it is known
+    frame: In[DepthFrame]  # frame with the hand's stretch, where it is known
     rule: In[Literal["mean", "either"]] = "mean"  # mean curvature, or the paper's convex along either axis
     pattern: In[Pattern | None] = None  # static error of the camera, as far as it was learned
     contact: Out[Contact]  # labels, points, rays and noise of the contact

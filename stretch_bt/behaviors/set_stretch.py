@@ -13,11 +13,11 @@ MAX_AGE = 0.5
 
 @node
 class SetStretch(MotionBehavior):
-    """Open the gripper until the membrane is stretched by so much; FAILURE when the fingers do not get there."""
+    """Open the gripper until the membrane has the wanted stretch; FAILURE when the fingers do not get there."""
 
     gripper: Uses[Gripper]
-    stretch: In[Length] = port(min=0.0, max=MOST_STRETCH, doc="how far past the rest length", limit="stretch")
-    speed: In[Speed] = port(0.020, min=0.001, max=0.150, doc="of the fingers", limit="gripper_speed")
+    stretch: In[Length] = port(min=0.0, max=MOST_STRETCH, doc="stretch past the rest length", limit="stretch")
+    speed: In[Speed] = port(0.020, min=0.001, max=0.150, doc="speed of the fingers", limit="gripper_speed")
 
     def start(self) -> Motion:
         """Move the fingers."""

@@ -10,13 +10,13 @@ from stretch_bt.units import Length, Stiffness
 class StiffnessAt(Behavior):
     """Read the object's force over its deflection at a stated deflection off the curve that `fit_deflection` fitted.
 
-    Soft objects stiffen as they give way, so that stiffnesses compare only at one deflection. FAILURE when the object gave way by too little.
+    Soft objects stiffen as they give way, so that stiffnesses compare only at one deflection. FAILURE when its deflection is too small.
     """
 
     kind = "model"
     instant = True
     felt: In[Felt]  # the object
-    deflection: In[Length] = port(0.0015, min=1e-4, doc="at which the stiffness is wanted")
+    deflection: In[Length] = port(0.0015, min=1e-4, doc="deflection at which the stiffness is wanted")
     stiffness: Out[Stiffness]  # force over deflection there
 
     def update(self) -> Status:

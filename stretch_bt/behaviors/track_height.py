@@ -18,10 +18,10 @@ from stretch_bt.units import Estimate, Length
 class TrackHeight(Behavior):
     """Measure the height of the object's top through the membrane; FAILURE when nothing is in contact.
 
-    With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
-    hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
-    over all of the contact: what a learned pattern misses and how well it knows where the membrane hangs, or else what the
-    undeformed membrane shows. Over a flat top the membrane stands a little higher, as its edges bend it; that is taken off.
+    With a contact it is the height of its top, of the highest where there are several: in the world when the frame knows where the
+    hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and the camera's error
+    over all of the contact: the residual of a learned pattern and its uncertainty of the membrane's sag, or else the error
+    that the undeformed membrane shows. Over a flat top the membrane stands a little higher, as its edges bend it; that is taken off.
 
     Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
 
@@ -31,14 +31,14 @@ class TrackHeight(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]  # the one to measure in
+    frame: In[DepthFrame]  # frame to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
-    sphere: In[Sphere | None] = None  # fitted to the top in contact before; with it the height is surer
+    sphere: In[Sphere | None] = None  # sphere fitted to the top in contact before; with it the height is more certain
     pattern: In[Pattern | None] = None  # static error of the camera, as far as it was learned
-    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
-    rise: InOut[Rise | None]  # what the frames without a contact say so far
-    height: Out[Length] = port(truth="height")  # of the object's top
-    observed_top: Out[ObservedTop]  # the same, with how it was had
+    mounting: In[Mounting | None] = None  # mounting of the membrane, as far as it is known
+    rise: InOut[Rise | None]  # the sensor at rest, by the frames without a contact so far
+    height: Out[Length] = port(truth="height")  # height of the object's top
+    observed_top: Out[ObservedTop]  # the same, with how it was measured
 
     def update(self) -> Status:
         """Measure."""
@@ -48,7 +48,7 @@ class TrackHeight(Behavior):
             frozenset() if contact is not None and self.frame.hand_height is not None else frozenset({"height"})
         )
         found = ObservedTop(*_both(self._risen()), 0.0, False) if contact is None else self._top(contact)
-        # in a difference of heights it is no error, so that what was observed leaves it out
+        # a difference of heights does not have this error, so that `observed_top` leaves it out
         level = self.pattern.hang_sd if contact is not None and self.pattern is not None else 0.0
         self.height, self.observed_top = Estimate(found.height, math.hypot(found.height_sd, level)), found
         return Status.SUCCESS

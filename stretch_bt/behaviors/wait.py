@@ -11,7 +11,7 @@ class Wait(Behavior):
     """Let some time pass."""
 
     kind = "condition"
-    duration: In[Time] = port(min=0.0, doc="of the run's clock")
+    duration: In[Time] = port(min=0.0, doc="duration by the run's clock")
 
     def initialise(self) -> None:
         """Start the time."""

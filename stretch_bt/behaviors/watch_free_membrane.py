@@ -13,7 +13,7 @@ from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
-#: how deep something stands in the membrane that is called contact, m: a camera's static error looks like 1.3 mm at most
+#: depth in the membrane from which something counts as contact, m: a camera's static error looks like 1.3 mm at most
 TOUCHING = 0.002
 
 
@@ -25,8 +25,8 @@ class WatchFreeMembrane(Behavior):
     camera: Uses[DepthCamera]
     arm: Uses[Arm | None]
     gripper: Uses[Gripper | None]
-    count: In[int] = port(12, min=6, max=256, doc="frames, before the hand may move")
-    free_membrane: Out[FreeMembrane]  # what they show
+    count: In[int] = port(12, min=6, max=256, doc="number of frames before the hand may move")
+    free_membrane: Out[FreeMembrane]  # the free membrane as they show it
 
     def initialise(self) -> None:
         """Accept frames from now on."""

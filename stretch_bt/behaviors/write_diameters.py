@@ -11,9 +11,9 @@ from stretch_bt.tree.registry import node
 
 @node
 class WriteDiameters(Behavior):
-    """Add what was found of a flat cylinder to the table that `plan_protocol` opened, and return once the disk has it.
+    """Add the diameters found of a flat cylinder to the table that `plan_protocol` opened, and return once the disk has it.
 
-    Stretch and depth are those that gripper and arm tell, not those that were asked for; the depth counts from the contact that
+    Gripper and arm measure stretch and depth, which may differ from the commanded ones; the depth counts from the contact that
     `approach` found.
     """
 
@@ -22,9 +22,9 @@ class WriteDiameters(Behavior):
     arm: Uses[Arm]
     gripper: Uses[Gripper]
     touch: In[Touch]  # first contact, from which depths count
-    indenter: In[Indenter]  # that is mounted
-    trial: In[Trial]  # that this press belongs to
-    found: In[tuple[Found, ...]]  # as `compare_diameters` has it
+    indenter: In[Indenter]  # mounted indenter
+    trial: In[Trial]  # trial that this press belongs to
+    found: In[tuple[Found, ...]]  # diameters, as `compare_diameters` gives them
     measured: InOut[Table]  # the table, with this press in it
 
     def update(self) -> Status:

@@ -14,7 +14,7 @@ from stretch_bt.units import Force
 class WriteRow(Behavior):
     """Add the present press to the table that `plan_protocol` opened, and return once the disk has it.
 
-    Stretch and depth are those that gripper and arm tell, not those that were asked for; the depth counts from the contact that
+    Gripper and arm measure stretch and depth, which may differ from the commanded ones; the depth counts from the contact that
     `approach` found.
     """
 
@@ -23,9 +23,9 @@ class WriteRow(Behavior):
     arm: Uses[Arm]
     gripper: Uses[Gripper]
     touch: In[Touch]  # first contact, from which depths count
-    indenter: In[Indenter]  # that is mounted
-    trial: In[Trial]  # that this press belongs to
-    force: In[Force]  # at this press
+    indenter: In[Indenter]  # mounted indenter
+    trial: In[Trial]  # trial that this press belongs to
+    force: In[Force]  # force at this press
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     measured: InOut[Table]  # the table, with this press in it
 

@@ -1,4 +1,4 @@
-"""The digital twin: what a scene holds, how membrane and object meet, and what the camera sees of it."""
+"""The digital twin: its scenes, how membrane and object meet, and the camera's view of them."""
 
 from __future__ import annotations
 

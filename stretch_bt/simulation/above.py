@@ -1,4 +1,4 @@
-"""What a press from above could feel of an object of the twin, in truth."""
+"""The true upper surface of an object of the twin, which a press from above could feel."""
 
 from __future__ import annotations
 

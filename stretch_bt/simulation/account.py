@@ -1,4 +1,4 @@
-"""What a world did, how often, and what each effect that is on cost."""
+"""Counts and CPU times of a world's work and of each effect that is on."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from stretch_bt.simulation.world import World
 
 __all__ = ["account"]
 
-#: where the work of a group of effects is done, which cannot be told from the rest of it
+#: where the work of a group of effects is done; its time cannot be separated from the rest
 _WITHIN = {"membrane": "solve", "object": "contact"}
 
 
 def account(world: World) -> list[dict[str, Any]]:
     """Return a row for all that was done, the dearest first, and one for each effect that is on.
 
-    A row holds `name`, `group` (`twin`, or that of an effect), `count`, `cpu_seconds`, and `within`: an effect that changes an
-    equation is solved with the others in it, so that it has no time of its own, but a part in that of what `within` names.
+    A row holds `name`, `group` (`twin`, or the effect's group), `count`, `cpu_seconds`, and `within`: an effect that changes an
+    equation is solved with the others in it, so that it has no time of its own, but a part of the time of `within`.
     """
     groups = {effect.name: effect.group for effect in world.effects}
     rows = [{**row, "group": groups.get(row["name"], "twin"), "within": None} for row in world.stats.to_json()]

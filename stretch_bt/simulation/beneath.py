@@ -19,7 +19,7 @@ __all__ = ["beneath"]
 
 
 def beneath(standing: Standing, pose: Pose, free: npt.NDArray[np.float64]) -> Standing | None:
-    """Return what stands, without those of several bodies that the free membrane (rows, columns, 3), m, does not meet.
+    """Return the standing object, without those of several bodies that the free membrane (rows, columns, 3), m, does not meet.
 
     None where it meets none of them. A membrane that is held up by one body lies no lower anywhere, so it meets no other one for that.
     """

@@ -13,18 +13,18 @@ from stretch_bt.simulation.objects.response import Law
 __all__ = ["Equilibrium", "couple"]
 
 BUDGET = 60
-_CLOSE = 1e-10  # of the logarithm of the ratio of forces, and of the bracket of drops
+_CLOSE = 1e-10  # tolerance of the logarithm of the ratio of forces, and of the bracket of drops
 _HALVINGS = 20
-_LEVEL = 1e-14  # of a logit
-_FAR = 200.0  # logit of the share that the object takes
-_LONG = 0.2  # of the depth
+_LEVEL = 1e-14  # relative width at which a bracket of logits is closed
+_FAR = 200.0  # largest logit of the share that the object takes
+_LONG = 0.2  # part of the depth from which a step is long
 _SHRINK = 0.5  # a step that leaves more than this of the residual is followed by one that splits the bracket
 
 
 class Equilibrium(NamedTuple):
     """Depth of the membrane and drop of the object, m, their common force, N, and the evaluations it took.
 
-    `jumped` tells that the object snapped through: its drop went past one at which its force falls.
+    `jumped` says that the object snapped through: its drop went past one at which its force falls.
     """
 
     depth: float
@@ -98,9 +98,9 @@ class _Series:
         self.spent = 0
 
     def pull(self, drop: float) -> float:
-        """Return by how much the membrane presses harder than the object at a drop, N.
+        """Return the membrane's force less the object's at a drop, N.
 
-        0 where both agree but for `close`: rounding does not decide from which side a kink is come to.
+        0 where both agree but for `close`: rounding does not decide from which side a kink is reached.
         """
         self.spent += 1
         pressed, held = self.membrane(self.travel - drop)[0], self.thing(drop)[0]

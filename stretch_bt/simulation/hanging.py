@@ -1,4 +1,4 @@
-"""What sticks to the membrane: how a hand that rises pulls at it, and takes it along or tears itself free."""
+"""Objects that stick to the membrane: how a hand that rises pulls at one, and takes it along or tears itself free."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _STEP = 0.010  # m of stretch between solved laws: while the fingers move no two
 
 @dataclass(frozen=True, slots=True)
 class Grip:
-    """How an object sticks to the membrane, N: by a `pull` at most, against its `weight` and what the table `hold`s it by beside.
+    """How an object sticks to the membrane, N: by a `pull` at most, against its `weight` and the `hold` of the table beside.
 
     `spot` is the body as which it holds on to the membrane, and `raised`, m, how far it hangs above where it stood.
     """
@@ -51,8 +51,8 @@ class Pulled(NamedTuple):
 def pulled_by(law: Law, grip: Grip, above: float, close: float = _CLOSE) -> Pulled | None:
     """Return how an object pulls at a membrane whose free place would be `above`, m, its top on the table; None once it let go.
 
-    On the table it bears up to the weaker of both bonds; what comes along hangs by its weight alone. `law` is the force that it
-    takes to move the membrane out of its plane, to either side, and ways are told to a part `close` of what is tried.
+    On the table it bears up to the weaker of both bonds; an object that comes along hangs by its weight alone. `law` is the force
+    that moves the membrane out of its plane, to either side, and ways are found to a part `close` of the trial.
     """
     held = min(grip.pull, grip.weight + grip.hold)
     if not grip.raised and _reach(law, held, above, close) >= above:

@@ -1,4 +1,4 @@
-"""How a hand that stands somewhere and an object meet: which of them gives way by how much, with which force, and what sticks."""
+"""How a hand that stands somewhere and an object meet: which of them gives way by how much, with which force, and whether they stick."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ __all__ = ["Contact", "Meeting", "Past"]
 _GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
-_FRAME = 2e4  # N/m, of the hand's frame where something meets it
-_LOOSER = 10.0  # than of shared travel, to which the way of a pull is told
+_FRAME = 2e4  # N/m, stiffness of the hand's frame where something meets it
+_LOOSER = 10.0  # tolerance of the way of a pull over the tolerance of shared travel
 _KEPT = 8  # stretches, of which the free membrane is kept
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
@@ -38,8 +38,8 @@ _SWINGS = 8  # passes after which the drop is taken to swing about its value
 class Contact:
     """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
 
-    `force` (3,), N, is that of the object on the hand, world axes, solved at `felt`, and its shape is that at `place`;
-    `remembered` is what the membrane knew before. An object that sticks to a hand above it pulls the membrane down by `pulled`, and
+    `force` (3,), N, acts from the object on the hand, world axes, solved at `felt`, and the shape is solved at `place`;
+    `remembered` is the membrane's memory before. An object that sticks to a hand above it pulls the membrane down by `pulled`, and
     hangs `raised` above where it stood; `raised` is None where it does not pull.
     """
 
@@ -56,8 +56,8 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
-    it was past first contact with what drop; m. `number` is that of the change that led to it.
+    """The world's memory of a moment, s: the object's state, the membrane's, where the hand was, and how far
+    it was past first contact with which drop; m. `number` counts the change that led to it.
     """
 
     time: float
@@ -107,13 +107,13 @@ class Meeting:
         return 0.0 if where is None or not self._covers(where, stretch) else max(where.depth, 0.0)
 
     def highest_below(self, state: Any, pose: Pose, stretch: float) -> float:
-        """Return the world height of the highest top that the hand would meet if it went down, m; without one, that of the object."""
+        """Return the world height of the highest top that the hand would meet if it went down, m; without one, the object's."""
         standing = self.specimen.standing(state, 0.0)
         lowered = pose.at_height(self.scene.object.base)
         return (self._met(standing, lowered, stretch) or standing).top
 
     def _met(self, standing: Standing, pose: Pose, stretch: float) -> Standing | None:
-        """Return what stands, of several bodies those that the membrane can meet; None where it meets none of them."""
+        """Return the standing object, of several bodies the ones that the membrane can meet; None where it meets none of them."""
         if not isinstance(standing.body, Several):
             return standing
         return beneath(standing, pose, self._free(stretch))
@@ -146,7 +146,7 @@ class Meeting:
         return Contact(0.0, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
 
     def _carried(self, past: Past, pose: Pose) -> Standing:
-        """Return what the membrane meets, m; an object that hung at the hand went with it since the last moment."""
+        """Return the object that the membrane meets, m; an object that hung at the hand went with it since the last moment."""
         standing, grip = self.specimen.standing(past.thing, 0.0), self.specimen.grip(past.thing)
         if grip is None or not grip.raised:
             return standing
@@ -186,7 +186,7 @@ class Meeting:
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
 
     def _hand_law(self, standing: Standing, where: Seat, stretch: float, past: Past) -> Law:
-        """Return the hand's force by depth: that of the membrane, and of the frame behind it where it has one."""
+        """Return the hand's force by depth: the membrane's, and the frame's behind it where there is one."""
         law = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
         if self.scene.hand.frame is None:
             return law
@@ -198,7 +198,7 @@ class Meeting:
         return both
 
     def _framed(self, depth: float) -> tuple[float, float]:
-        """Return the force, N, of the hand's frame on what stands this deep in it, and its slope, N/m."""
+        """Return the force, N, of the hand's frame on an object this deep in it, and its slope, N/m."""
         frame = self.scene.hand.frame
         if frame is None or depth <= frame:
             return 0.0, 0.0
@@ -211,14 +211,14 @@ class Meeting:
         return Place(standing.body, form, where.at, where.heading, where.tilt, reach, stretch, standing.varies, passing)
 
     def _felt(self, standing: Standing, where: Seat, stretch: float) -> Place:
-        """Return the place at which a force is felt: that of a simpler body, if there is one, in the middle of the membrane."""
+        """Return the place at which a force is felt: a simpler body's, if there is one, in the middle of the membrane."""
         place = self._place(standing, where, stretch)
         if standing.felt is None or place.tilt != (0.0, 0.0):
             return place
         return replace(place, body=standing.felt, at=(0.0, 0.0), heading=0.0, passing=False)
 
     def _covers(self, where: Seat, stretch: float) -> bool:
-        """Tell whether the object stands under the membrane, at least in part."""
+        """Return whether the object stands under the membrane, at least in part."""
         reach = self.scene.object.reach
         length = self.membrane.gauge + self.scene.hand.mount_prestretch + stretch
         borders = (self.membrane.width / 2, length / 2)

@@ -19,7 +19,7 @@ _MIRROR = np.diag([1.0, -1.0, 1.0])  # the membrane frame's y is reversed agains
 class Seat(NamedTuple):
     """The axis of an object pierces the membrane at `at`, m, turned by `heading` and then by `tilt`, rad.
 
-    `depth` is that of the object's highest point past the plane of the membrane, m, and `upright` the cosine of the tilt.
+    `depth` is how far the object's highest point is past the plane of the membrane, m, and `upright` the cosine of the tilt.
     """
 
     at: tuple[float, float]
@@ -30,7 +30,7 @@ class Seat(NamedTuple):
 
 
 def seat(standing: Standing, pose: Pose) -> Seat:
-    """Return where what stands on the table stands in the frame of a membrane at a pose."""
+    """Return where an object on the table stands in the frame of a membrane at a pose."""
     rotation = pose.matrix()
     if rotation[2, 2] > 1 - _UPRIGHT:
         (x, y), yaw = _across(standing, pose, rotation), math.atan2(rotation[1, 0], rotation[0, 0])

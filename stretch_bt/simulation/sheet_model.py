@@ -27,20 +27,20 @@ __all__ = ["SheetModel"]
 
 _LENGTH = KINDS["Length"]
 _QUICK = Settings.within(0.01)
-_EXACT = replace(_QUICK, exact=True)  # does not hang on what was solved before
+_EXACT = replace(_QUICK, exact=True)  # does not depend on earlier solves
 _LIGHT = 2e-3  # m
 _LEAST = 2.5e-4  # m; a lighter touch follows the table
-_WIDE = 0.2  # of the table's answer, that the sheet's is looked for within first
-_CLOSE = 1e-3  # of a force, by which solves of one press differ
+_WIDE = 0.2  # part of the table's answer within which the sheet's is looked for first
+_CLOSE = 1e-3  # relative difference of a force between solves of one press
 _KEPT = 24  # stretches at which it is known how far the sheet hangs
 
 
 @dataclass(frozen=True)
 class SheetModel(MembraneModel):
-    """Solves the sheet with its weight, bending and material for each force; friction and softening are parts, by the table.
+    """Solves the sheet with its weight, bending and material for each force; friction and softening are factors from the table.
 
-    Presses of neighbouring depths, stretches and radii start from each other. Both inverses are those of exact solves. Where the
-    table holds it says nothing else; its use is that it does not rest on an interpolation.
+    Presses of neighbouring depths, stretches and radii start from each other. Both inverses are of exact solves. Where the
+    table holds it agrees with the table; its use is that it does not rest on an interpolation.
     """
 
     kind: ClassVar[str] = "sheet"
@@ -128,7 +128,7 @@ class SheetModel(MembraneModel):
 
     @cached_property
     def _bare(self) -> MembraneModel:
-        """The table's model without what the sheet is not solved with."""
+        """The table's model without the effects that the sheet is not solved with."""
         hand = self.hand._replace(friction=0.0, softening=0.0)
         return MembraneModel(hand, self.covariance, self.relative_sd, self.range, self.provenance, self.conditioned)
 

@@ -1,4 +1,4 @@
-"""What the twin did: how often each thing was solved or stepped, and how long it took."""
+"""The twin's work: how often each thing was solved or stepped, and how long it took."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Stats"]
 
 
 class Stats:
-    """Counts and CPU seconds by name; what is timed inside something else counts for itself alone."""
+    """Counts and CPU seconds by name; work timed inside other work counts for itself alone."""
 
     def __init__(self) -> None:
         self.counts: dict[str, int] = defaultdict(int)
@@ -21,7 +21,7 @@ class Stats:
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:
-        """Count what is done inside once, and its CPU time without that of what is timed inside it."""
+        """Count the work inside once, and its CPU time without the time of work that is timed inside it."""
         began = time.process_time()
         self._inside.append(0.0)
         try:

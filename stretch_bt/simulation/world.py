@@ -1,4 +1,4 @@
-"""The simulated world: what a scene comes to when the hand stands somewhere, worked out when somebody looks."""
+"""The simulated world: the contact of hand and object wherever the hand stands, worked out when somebody looks."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ __all__ = ["Contact", "World"]
 
 _KEPT = 8  # contacts that are kept
 _STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
-_AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
-_CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera tells apart
+_AGE = 2.5  # s for which the memory is kept, for questions about a moment ago
+_CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera distinguishes
 
 
 class World:
     """A scene and a hand over it.
 
     Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
-    matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing. The sheet is solved exactly, or
+    matter; else `advance` takes it from moment to moment, and questions in between change nothing. The sheet is solved exactly, or
     to `within`, a part of the force, or else with the settings that the advisor chose.
     """
 
@@ -67,7 +67,7 @@ class World:
         self._skin: tuple[Any, Any, Skin] | None = None
 
     def _conditioned(self) -> Any:
-        """Return what the membrane remembers of the press that the scene's hand had before the task."""
+        """Return the membrane's memory of the press that the scene's hand had before the task."""
         before = self.scene.hand.conditioned
         if before is None or not self.fidelity.remembers:
             return None
@@ -78,7 +78,7 @@ class World:
     def exchange(self, spec: ObjectSpec) -> None:
         """Put another object, as it is at the begin of a run, in the place of the present one.
 
-        What the membrane remembers stays, and so does which effects act, those aside that the new object cannot have.
+        The membrane's memory stays, and so do the effects that act, except effects that the new object cannot have.
 
         Raises
         ------
@@ -120,8 +120,8 @@ class World:
         Raises
         ------
         NoEquilibrium
-            There is none: the object meets the membrane's border, wraps into it, or would be pressed flat. What was solved
-            before stays.
+            There is none: the object meets the membrane's border, wraps into it, or would be pressed flat. Earlier solutions
+            stay.
         """
         past = self._before(time)
         key = (pose, stretch, past.number, None if self.specimen.timeless else (past.time, time))
@@ -188,7 +188,7 @@ class World:
         return self.specimen.timeless or self.fidelity.remembers
 
     def standing(self, drop: float = 0.0) -> Standing:
-        """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
+        """Return the body that the membrane meets after a drop of its top, m, by the latest memory."""
         state = self._past[-1].thing
         standing, grip = self.specimen.standing(state, drop), self.specimen.grip(state)
         return standing if grip is None else replace(standing, top=standing.top + grip.raised)
@@ -210,10 +210,10 @@ class World:
         return hung(free, pushed)
 
     def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
-        """Return what a perfect observer would report, SI; a rigid object has no stiffness.
+        """Return the true quantities, SI; a rigid object has no stiffness.
 
-        The scene's `dimensions` are among it. `height` is that of the object's top, of several objects the highest beneath the hand, and
-        `contact_height` that of the hand at first contact.
+        The scene's `dimensions` are among it. `height` is the height of the object's top, of several objects the highest beneath the hand, and
+        `contact_height` the hand's at first contact.
         """
         contact = self.contact(pose, stretch, time)
         thing = self._before(time).thing

@@ -103,13 +103,13 @@ def test_a_table_of_another_protocol_is_refused(bench, tmp_path):
         (
             {"condition": True},
             {},
-            "conditioned to a stretch of 10 mm and a depth of 2 mm, that of this run not conditioned",
+            "conditioned to a stretch of 10 mm and a depth of 2 mm, the membrane of this run not conditioned",
         ),
-        ({}, {"condition": True}, "not conditioned, that of this run conditioned to a stretch of 10 mm"),
+        ({}, {"condition": True}, "not conditioned, the membrane of this run conditioned to a stretch of 10 mm"),
         (
             {"condition": True},
             {"condition": True, "stretches": [0.0, 0.02]},
-            "that of this run conditioned to a stretch of 20 mm",
+            "the membrane of this run conditioned to a stretch of 20 mm",
         ),
     ],
 )

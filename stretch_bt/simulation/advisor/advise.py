@@ -18,8 +18,8 @@ _UNITS = {"height": "m", "size": "m"}
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether an effect is on; the observable on which it weighs most, how much it would change it, and from where on that
-    matters, SI; `why` says what the numbers come from, `near` that they are within a factor of 3 of each other, and `possible`
+    """Whether an effect is on; the observable on which it weighs most, the size of that change, and the threshold from which
+    it matters, SI; `why` says where the numbers come from, `near` that they are within a factor of 3 of each other, and `possible`
     that the scene can have it at all.
     """
 
@@ -40,7 +40,7 @@ class Verdict:
 
 
 def advise(scene: Scene, chosen: Chosen | None = None) -> list[Verdict]:
-    """Return a verdict on every effect: what the scene says, and where it says `auto` what the tolerance asks for."""
+    """Return a verdict on every effect: as the scene says, and where it says `auto` as the tolerance requires."""
     chosen = choose(scene) if chosen is None else chosen
     judged = judge(scene, Case(scene, scene.object.rough()))
     return [_verdict(effect, judged.get(name), scene, chosen) for name, effect in registry().items()]
@@ -61,7 +61,7 @@ def _verdict(effect: type[Effect], judged: Judged | None, scene: Scene, chosen: 
     if not judged.free:
         why = f"the scene says {'on' if judged.named else 'off'}; {why}"
     elif effect.name in chosen.together:
-        why = f"{why}; on because what is off would add up to too much"
+        why = f"{why}; on because the effects that are off would add up to too much"
     if effect.needs is not None and effect.needs not in chosen.on and (judged.named or _calls(size, limit)):
         why = f"{why}; without {effect.needs} it changes nothing"
     near = judged.free and bool(size) and limit is not None and limit / _NEAR < (size or 0.0) < limit * _NEAR
@@ -73,7 +73,7 @@ def _calls(size: float | None, limit: float | None) -> bool:
 
 
 def _weightiest(judged: Judged, scene: Scene) -> tuple[str | None, float | None, float | None, str]:
-    """Return the observable in whose tolerance the effect is largest, its size there, from where on it is called for, and why."""
+    """Return the observable with the largest effect over its tolerance, the size there, the threshold that calls for it, and why."""
     tolerance = judged.shares(scene)
     told = [s for s in judged.sizes.values() if s.observable in tolerance]
     if not told:

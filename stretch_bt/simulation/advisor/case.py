@@ -1,4 +1,4 @@
-"""The numbers of a scene that the closed-form estimates of effects go by."""
+"""The numbers of a scene that the closed-form estimates of effects use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cel
 GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
 DENSITY = 1070.0
 _BEGIN, _ROUNDS = 10e-3, 20  # m, and rounds, in which a contact under a taut sheet is found
-DROP = 1.5e-3  # m, over which a stiffness is told
+DROP = 1.5e-3  # m, drop over which a stiffness is taken
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Case:
 
     @property
     def radius(self) -> float:
-        """Radius of the object's top, m, at most that of a flat face that fills the membrane."""
+        """Radius of the object's top, m, at most the radius of a flat face that fills the membrane."""
         return min(self.rough.radius, _WIDTH / 2)
 
     @property
@@ -63,7 +63,7 @@ class Case:
 
     @property
     def force(self) -> float:
-        """Force of the deepest press on a rigid object, N: that of a membrane under tension T, held at half its length.
+        """Force of the deepest press on a rigid object, N, by a membrane under tension T that is held at half its length.
 
         A disc of radius a that lifts it by d needs 2 pi T d / ln(L / 2 a) where all of its edge is held; half of that fits the
         sheet solver, whose sides are free, within a factor of 1.4 for points, spheres, ridges, faces and rings.
@@ -77,12 +77,12 @@ class Case:
 
     @property
     def contact_radius(self) -> float:
-        """Radius of the contact, m: that of a cap of half the depth, at most the object's own, or of its flat face."""
+        """Radius of the contact, m: a cap's radius at half the depth, at most the object's own, or the radius of its flat face."""
         return max(min(math.sqrt(self.radius * self.depth / 2), self.radius), min(self.rough.face, _WIDTH / 2))
 
     @property
     def held_radius(self) -> float:
-        """Radius of the contact, m; over a dome or a point that up to which a taut sheet lies on its tip, or on its flanks."""
+        """Radius of the contact, m; over a dome or a point the radius up to which a taut sheet lies on its tip, or on its flanks."""
         rough = self.rough
         if rough.holds not in ("dome", "point"):
             return self.contact_radius
@@ -103,9 +103,9 @@ class Case:
         return math.pi * (self.contact_radius / self.pixel) ** 2
 
     def from_height(self, error: float, why: str) -> Iterator[Size]:
-        """Yield what an error of a measured height, m, does to each observable.
+        """Yield the change of each observable by an error of a measured height, m.
 
-        A stiffness is a force over a drop, and both hang on the height: (1 / drop + 1.5 / depth) for a drop of 1.5 mm.
+        A stiffness is a force over a drop, and both depend on the height: (1 / drop + 1.5 / depth) for a drop of 1.5 mm.
         """
         yield Size("height", error, why)
         if math.isfinite(self.rough.stiffness):
@@ -114,11 +114,11 @@ class Case:
     def from_force(
         self, part: float, why: str, way: int = 0, stiffness: float | None = None, gives: float = 1.0
     ) -> Iterator[Size]:
-        """Yield what a change of the membrane's force by a part of it does to each observable; of `stiffness` it is another part.
+        """Yield the change of each observable by a relative change of the membrane's force; a stiffness may change by another part.
 
-        A soft object gives way to a stronger membrane: the force in series changes by less, by the power `gives` of one and the ratio of
-        their stiffnesses. It is 1 where nothing else changes, less where a shallower press shows more of the effect, and 0 of a way
-        that both share.
+        A soft object gives way to a stronger membrane: the force in series changes by less, by the power `gives` of one plus the ratio of
+        their stiffnesses. `gives` is 1 where nothing else changes, less where a shallower press shows more of the effect, and 0
+        for a way that both share.
         """
         yield Size("force", part / (1 + self.membrane_stiffness / self.rough.stiffness) ** gives, why, way)
         if math.isfinite(self.rough.stiffness):
@@ -127,10 +127,10 @@ class Case:
 
     @property
     def thickness(self) -> float:
-        """Of the membrane, m."""
+        """Thickness of the membrane, m."""
         return _THICKNESS
 
     @property
     def sag(self) -> float:
-        """How far the membrane hangs at its middle at the lowest stretch, m: that of a string across its free width."""
+        """Sag of the membrane's middle at the lowest stretch, m: the sag of a string over the gauge, at most 6.8 mm."""
         return min(DENSITY * 9.81 * _THICKNESS * GAUGE**2 / (8 * self.tension), 0.0068)

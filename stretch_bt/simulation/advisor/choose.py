@@ -20,15 +20,15 @@ __all__ = ["NOISE", "Chosen", "Judged", "choose", "judge"]
 
 #: groups of effects that a run's tolerance leaves as the scene says
 NOISE = ("camera", "robot")
-_SAME = 1 + 1e-9  # of a tolerance, within rounding
-#: what effects change together over what is estimated: its 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
+_SAME = 1 + 1e-9  # factor on a tolerance, for rounding
+#: joint change by effects over its estimate: the 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
 _SPREAD = 1.25
 Sizes = Mapping[str, Size]
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """An effect that a scene can have: what it changes by result, the largest of each, and what the scene says of it."""
+    """An effect that a scene can have: its largest change of each result, and the scene's choice for it."""
 
     effect: type[Effect]
     sizes: Sizes
@@ -45,9 +45,9 @@ class Judged:
         return self.choice not in ("auto", "off")
 
     def shares(self, scene: Scene) -> dict[str, float]:
-        """Return from where on it is called for by itself, by result, SI.
+        """Return the threshold that calls for it by itself, by result, SI.
 
-        Of a tolerance that a run asks for that is all of it; noise goes by what the scene says.
+        Where a run asks for a tolerance the threshold is all of it; noise goes by the scene's tolerance.
         """
         noise = self.effect.group in NOISE
         own = {
@@ -64,10 +64,10 @@ class Judged:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Which effects are on, by which setting the sheet is solved, None for what is no sheet, and what that is predicted to come to.
+    """Which effects are on, the setting that solves the sheet, None without a sheet, and the predicted difference of each result.
 
-    `cost_ms` is about how long a press takes, ms of CPU on the machine that the table was made on. `reached` tells whether every
-    prediction is within its tolerance, and `together` which effects are on though each alone would be small enough.
+    `cost_ms` is about the time of a press, ms of CPU on the machine that the table was made on. `reached` says whether every
+    prediction is within its tolerance, and `together` names effects that are on though each alone would be small enough.
     """
 
     on: frozenset[str]
@@ -79,7 +79,7 @@ class Chosen:
 
 
 def judge(scene: Scene, case: Case) -> dict[str, Judged]:
-    """Return what each effect that a scene can have would change."""
+    """Return the changes by each effect that a scene can have."""
     found = {}
     for name, effect in registry().items():
         if effect.refusal(scene.object) is None and effect.not_at(scene) is None:
@@ -94,14 +94,14 @@ def judge(scene: Scene, case: Case) -> dict[str, Judged]:
 def choose(scene: Scene) -> Chosen:
     """Return the cheapest choice whose predictions are within the tolerance, or else the most accurate one.
 
-    What the scene names stays as it says, and so do a fixed `fidelity` and the noise of camera and robot. An effect that alone is
+    Effects that the scene names stay as it says, and so do a fixed `fidelity` and the noise of camera and robot. An effect that alone is
     larger than its share of a tolerance of the scene is on in any case.
     """
     return _Choice(scene).best()
 
 
 class _Choice:
-    """What there is to choose from in a scene."""
+    """The choices in a scene."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -174,7 +174,7 @@ class _Choice:
         return within
 
     def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return which choices have no effect on without the one that it needs, those aside that the scene names."""
+        """Return which choices have no effect on without the one that it needs, except effects that the scene names."""
         fits = np.ones(len(choices), dtype=np.bool_)
         for place, needed in self._needs(names):
             if not self.bias[names[place]].named:
@@ -182,7 +182,7 @@ class _Choice:
         return fits
 
     def _with_needs(self, on: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return a choice without the effects that change nothing since what they need is off, unless the scene names them."""
+        """Return a choice without the effects that change nothing since the effect that they need is off, unless the scene names them."""
         kept = on.copy()
         for place, needed in self._needs(list(self.bias)):
             named = list(self.bias.values())[place].named

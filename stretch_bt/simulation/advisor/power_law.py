@@ -10,9 +10,9 @@ __all__ = ["PowerLaw"]
 
 @dataclass(frozen=True, slots=True)
 class PowerLaw:
-    """What is there over a contact of 10 mm radius at a depth of 10 mm, a strain of 0.4, a coefficient of friction of 0.5 and bends of 2 mm.
+    """Its value `there` over a contact of 10 mm radius at a depth of 10 mm, a strain of 0.4, a coefficient of friction of 0.5 and bends of 2 mm.
 
-    The other fields are the powers of each of these; that of the strain itself grows by `wide` where a contact is e times as wide.
+    The other fields are the powers of each of these; the strain's power grows by `wide` where a contact is e times as wide.
     """
 
     there: float
@@ -26,7 +26,7 @@ class PowerLaw:
     def at(
         self, *, depth: float, contact: float, strain: float = 0.4, friction: float = 0.5, bend: float = 2e-3
     ) -> float:
-        """Return it for a depth, m, the radius of a contact, m, a strain, a coefficient of friction and the length of a bend, m."""
+        """Return the value for a depth, m, the radius of a contact, m, a strain, a coefficient of friction and the length of a bend, m."""
         parts = (
             (depth / 10e-3, self.depth),
             (contact / 10e-3, self.contact),

@@ -1,4 +1,4 @@
-"""By how much the twin's results may differ from those with everything possible on, for each choice of effects."""
+"""Difference of the twin's results from the results with every possible effect on, for each choice of effects."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["Predicted", "predicted", "predictions"]
 class Predicted:
     """The predicted difference of one result beside its tolerance, SI.
 
-    `solver` is the 95th percentile of the error of the sheet's setting, None where none is known; `effects` what the effects that are
-    left off come to, times the spread of their estimates; `value` the root of both as squares, and `total` the plain sum of all.
+    `solver` is the 95th percentile of the error of the sheet's setting, None where none is known; `effects` the joint change by the
+    effects left off, times the spread of their estimates; `value` the root of the sum of both squares, and `total` the plain sum of all.
     `left_off` names them, the largest first.
     """
 
@@ -38,9 +38,9 @@ class Predicted:
 
 
 def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """Return what effects that are left off come to in one result, for each choice (n, effects) bool.
+    """Return the joint change of one result by the effects left off, for each choice (n, effects) bool.
 
-    Those known to make it larger are added up, and so are those known to make it smaller, and the larger of both sums counts; it and
+    Effects known to make it larger are added up, and so are effects known to make it smaller; the larger of both sums counts. It and
     the effects of unknown sign are independent, so that their squares add up.
     """
     value, way = (np.array([getattr(size, name) if size else 0.0 for size in sizes]) for name in ("value", "way"))
@@ -58,7 +58,7 @@ def predicted(
 ) -> dict[str, Predicted]:
     """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver.
 
-    Estimates count times `spread`, by which the effects that are off may be larger.
+    Estimates count times `spread`, since the effects that are off may be so many times larger.
     """
     found = {}
     for name, tolerance in tolerances.items():

@@ -1,4 +1,4 @@
-"""What each setting of the sheet is worth and what it costs, as measured: the data that `benchmarks/sheet_tolerance.py` makes."""
+"""The measured error and cost of each setting of the sheet: the data that `benchmarks/sheet_tolerance.py` makes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["SheetTable", "read_sheet_table"]
 
 #: with either of these each reading is a solve of its own: together they take as long as the longer one
 _REMEMBER = ("friction", "mullins")
-_ROUNDNESS = 0.1  # of a part of the force: how much rolling rounds a lump goes as the logarithm of the force
+_ROUNDNESS = 0.1  # over a force's relative change: how much rolling rounds a lump goes as the logarithm of the force
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class SheetTable:
     stretches
         Where each range of stretch but the first begins, m.
     errors
-        By rung and by what holds the membrane up, for each range of stretch: the 95th percentile of the error of the `force`, a part of it,
+        By rung and by the shape that holds the membrane up, for each range of stretch: the 95th percentile of the error of the `force`, a part of it,
         and of `height` and `size`, m, of `n` presses.
     press_ms
         By rung, for each range of stretch: CPU time of a press without effects, ms.
@@ -44,7 +44,7 @@ class SheetTable:
     factors: Mapping[str, float]
 
     def error(self, rung: str, case: Case) -> dict[str, float]:
-        """Return the 95th percentile of the error of each result of a press, SI; empty for what is no sheet and was not measured."""
+        """Return the 95th percentile of the error of each result of a press, SI; empty without a sheet or a measurement."""
         shapes = self.errors.get(rung, {})
         if case.rough.holds not in shapes:
             return {}
@@ -52,7 +52,7 @@ class SheetTable:
         return {**found, "stiffness": found["force"], "roundness": _ROUNDNESS * found["force"]}
 
     def cost(self, rung: str, on: Collection[str], case: Case) -> float:
-        """Return about how long a press takes with some effects on, ms of CPU; 0 for what is no sheet."""
+        """Return about how long a press takes with some effects on, ms of CPU; 0 without a sheet."""
         base = self.press_ms.get(rung)
         return 0.0 if base is None else base[self._range(case)] * self.times(on)
 

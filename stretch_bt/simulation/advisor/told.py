@@ -1,4 +1,4 @@
-"""What the advisor chose, in words and as JSON."""
+"""The advisor's choice, in words and as JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stretch_bt.simulation.scene.asked import LENGTHS
 __all__ = ["line", "narrow", "quantity", "refusal", "to_json"]
 
 _LEAST = 1e-3  # mm or per cent; below that a size is as good as none
-_FREELY = 1.05  # times the best that can be had, which a remedy asks for
+_FREELY = 1.05  # tolerance that a remedy asks for, over the best that can be had
 
 
 def quantity(observable: str, value: float) -> str:
@@ -49,7 +49,7 @@ def _solved(scene: Scene, chosen: Chosen) -> str:
 
 
 def narrow(scene: Scene, chosen: Chosen) -> str | None:
-    """Return what is on or off by less than a factor of 3, and what to do about it, in one line; None where nothing is.
+    """Return the effects that are on or off by less than a factor of 3, and a remedy, in one line; None where there are none.
 
     Noise, which a run that asks for a tolerance does not choose, is left out there.
     """
@@ -73,7 +73,7 @@ def _size(verdict: Verdict, value: float | None) -> str:
 
 
 def refusal(scene: Scene, chosen: Chosen) -> str:
-    """Return that no choice reaches a tolerance, the best that can be had, what stands in the way and what to write."""
+    """Return the message that no choice reaches a tolerance: the best that can be had, the obstacles and the remedy."""
     missed = [p for p in chosen.predicted.values() if p.solver is None or p.ratio > 1]
     unknown = [p.observable for p in missed if p.solver is None]
     if unknown:

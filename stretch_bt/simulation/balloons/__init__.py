@@ -1,1 +1,1 @@
-"""Balloons: the inflated skin under a hand, what fills it, and how the two answer a push."""
+"""Balloons: the inflated skin under a hand, its fill, and how the two answer a push."""

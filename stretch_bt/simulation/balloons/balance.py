@@ -23,7 +23,7 @@ _ROUNDS, _TOLERANCE = 30, 1e-10
 class CapState(NamedTuple):
     """One equilibrium, SI: `nodes` (n + 1, 2), m, are (r, z) over the rim; `stiffness` is the slope of the force by the drop.
 
-    `energy` is that of skin and hand together, J; the filling has its own. `hand` is how high the face of the hand stands.
+    `energy` is the energy of skin and hand together, J, without the filling's. `hand` is the height of the hand's face.
     """
 
     drop: float
@@ -45,8 +45,8 @@ class CapState(NamedTuple):
 class Balance:
     """The equations of a cap in its unknown node positions, pressure, and height of the hand.
 
-    Without a drop the hand stays where it is. Before the cap is `inflated` its volume is that of the
-    hemisphere; given the pressure instead, a skin near the limit point of inflation would magnify the error of the mesh.
+    Without a drop the hand stays where it is. Before the cap is `inflated` its volume is the
+    hemisphere's; given the pressure instead, a skin near the limit point of inflation would magnify the error of the mesh.
     """
 
     def __init__(self, cap: Cap, drop: float | None, *, inflated: bool = True) -> None:
@@ -92,7 +92,7 @@ class Balance:
         )
 
     def _gathered(self, parts: Array) -> Array:
-        """Return the sum of what the elements (n, 4) add to each unknown."""
+        """Return the sum of the elements' parts (n, 4) at each unknown."""
         return np.asarray(np.bincount(self.places.ravel(), parts.ravel(), self.size), float)
 
     def _fill(self, residual: Array, matrix: Array, inflates: Array, pressure: float, room: float) -> None:
@@ -115,7 +115,7 @@ class Balance:
             residual[row], matrix[row, self.top] = unknown[self.top] - self._goal, 1.0
 
     def _small(self, residual: Array) -> bool:
-        """Tell whether the residual is below the tolerance: forces, volume or pressure, and height, each in its own unit."""
+        """Return whether the residual is below the tolerance: forces, volume or pressure, and height, each in its own unit."""
         scale = np.full(self.size, self._force)
         scale[self.pressure] = self._length**3
         scale[self.hand] = self._length

@@ -21,7 +21,7 @@ __all__ = ["HAND", "PLATE", "Cap"]
 
 Array = npt.NDArray[np.float64]
 
-#: N/m^3; of the soft hand, and of what stands for a rigid plate
+#: modulus of the soft hand, and of the foundation that stands for a rigid plate, N/m^3
 HAND, PLATE = 2.6e5, 1e9
 _FIRST, _LEAST_STEP = 0.002, 1e-5  # parts of the radius
 

@@ -17,7 +17,7 @@ def slopes(x: Array, y: Array) -> Array:
     """Return the slopes (n,) at which a cubic through points (n,) turns only where they do.
 
     Inside the weighted harmonic mean of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984), 0 where the points turn; at
-    the ends that of the outermost two.
+    the ends the slope between the outermost two.
     """
     step = np.diff(x)
     chord = np.diff(y) / step

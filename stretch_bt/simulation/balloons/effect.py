@@ -1,4 +1,4 @@
-"""What the effects of balloons share."""
+"""The common part of the effects of balloons."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["FillEffect"]
 
 
 class FillEffect(ObjectEffect):
-    """An effect of what is in a balloon; one that its fill does not name is refused."""
+    """An effect of a balloon's fill; one that its fill does not name is refused."""
 
     @classmethod
     def refusal(cls, spec: ObjectSpec) -> str | None:
@@ -31,7 +31,7 @@ class FillEffect(ObjectEffect):
 
     @classmethod
     def of_stiffness(cls, case: Case, part: float, why: str) -> Iterator[Size]:
-        """Yield what a change of the object's force by a part does: to its stiffness, to the drop, and to the force in series."""
+        """Yield the changes of its stiffness, of the drop and of the force in series by a relative change of the object's force."""
         ratio = case.membrane_stiffness / case.rough.stiffness
         yield Size("stiffness", part, why)
         yield Size("height", part * cls.drop(case) / (1 + ratio), why)

@@ -17,5 +17,5 @@ class Elastic(Response):
     by_drop: Law
 
     def law(self, state: Any, dt: float) -> Law:
-        """Return it."""
+        """Return the law."""
         return self.by_drop

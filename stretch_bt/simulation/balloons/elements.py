@@ -92,7 +92,7 @@ def _stretched(nodes: Array, rest: Array) -> tuple[Array, Array, Array, Array, A
 
 
 def volume(nodes: Array) -> Part:
-    """Return the volume, m^3, between each element and the axis: that of a frustum."""
+    """Return the volume, m^3, of the frustum between each element and the axis."""
     (r1, z1), (r2, z2) = nodes[:-1].T, nodes[1:].T
     fall, disc = z1 - z2, r1**2 + r1 * r2 + r2**2
     by1, by2 = 2 * r1 + r2, 2 * r2 + r1
@@ -110,9 +110,9 @@ def volume(nodes: Array) -> Part:
 
 
 def foundation(nodes: Array, height: float, modulus: float) -> Pushed:
-    """Return what an elastic foundation above the surface does, that pushes with `modulus`, N/m^3, times how far it is entered.
+    """Return the push of an elastic foundation above the surface: a pressure of `modulus`, N/m^3, times how far it is entered.
 
-    Its pressure acts along the normal and depends on the height alone, as that of a liquid does, so that it has an energy:
+    Its pressure acts along the normal and depends on the height alone, as a liquid's does, so that it has an energy:
     the integral of modulus / 2 (z - height)^2 over the projected area.
     """
     r1, r2 = nodes[:-1, 0], nodes[1:, 0]

@@ -1,4 +1,4 @@
-"""What a balloon holds, as the skin feels it: how much room it takes at a pressure."""
+"""The filling of a balloon, as the skin feels it: the room that it takes at a pressure."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ ATMOSPHERE = 101_325.0  # Pa
 
 
 class Filling(Protocol):
-    """How the room under the cap, m^3, follows from the pressure over that of the air around, Pa."""
+    """How the room under the cap, m^3, follows from the pressure over the air around, Pa."""
 
     def room(self, volume: float, inflation: float, pressure: float) -> tuple[float, float]:
-        """Return the room at a pressure and its derivative; `volume` is that at the inflation pressure."""
+        """Return the room at a pressure and its derivative; `volume` is the room at the inflation pressure."""
         ...
 
 
@@ -30,7 +30,7 @@ class Liquid:
 
 @dataclass(frozen=True, slots=True)
 class Gas:
-    """An ideal gas; `below` is how much of it is below the rim, m^3, `exponent` 1 for slow and 1.4 for fast presses of air."""
+    """An ideal gas; `below` is its volume below the rim, m^3, `exponent` 1 for slow and 1.4 for fast presses of air."""
 
     below: float = 0.0
     exponent: float = 1.0

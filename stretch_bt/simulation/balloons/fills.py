@@ -1,4 +1,4 @@
-"""What a balloon can be filled with, as a scene says it. The numbers are assumptions: no source measures them."""
+"""The fills of a balloon, as a scene names them. The numbers are assumptions: no source measures them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def cap_volume(radius: float) -> float:
 
 
 class Fill(BaseModel):
-    """What every fill answers; without more it is a liquid that nothing but the skin holds."""
+    """The base of every fill; without more it is a liquid that nothing but the skin holds."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -33,7 +33,7 @@ class Fill(BaseModel):
     type: str
 
     def body(self, radius: float, pressure: float) -> Law:
-        """Return the force of the fill itself, beside that of the skin around it."""
+        """Return the force of the fill itself, beside the force of the skin around it."""
         return no_force
 
 
@@ -44,18 +44,18 @@ class Air(Fill):
 
     type: Literal["air"]
     below: Annotated[Volume, Within(0.0, 0.1, "Volume")] | None = Field(
-        default=None, description="how much of it is below the rim; as much as above it unless given"
+        default=None, description="volume of air below the rim; as much as above it unless given"
     )
     exponent: Annotated[float, Within(1.0, 1.67)] = Field(
-        default=1.0, description="of its gas law: 1 for a press that lasts seconds, 1.4 for one below a second"
+        default=1.0, description="exponent of its gas law: 1 for a press that lasts seconds, 1.4 for one below a second"
     )
 
     def gas(self, radius: float) -> Gas:
-        """Return it as the cap's solver takes it."""
+        """Return the air as the cap's solver takes it."""
         return Gas(cap_volume(radius) if self.below is None else self.below, self.exponent)
 
     def softness(self, radius: float, pressure: float) -> float:
-        """Return beta = p (V + V_below) / (V gamma (p + p_air)): by how much of the cap's volume the pressure squeezes the gas."""
+        """Return beta = p (V + V_below) / (V gamma (p + p_air)): the squeeze of the gas by the pressure, over the cap's volume."""
         cap = cap_volume(radius)
         whole = 2 * cap if self.below is None else cap + self.below
         return pressure * whole / (cap * self.exponent * (ATMOSPHERE + pressure))
@@ -77,12 +77,12 @@ class Pudding(Fill):
         default=20e3, description="effective modulus of the gel once it has relaxed"
     )
     sudden: Annotated[Pressure, Within(1.0, 1e6, "Pressure")] = Field(
-        default=20e3, description="what a sudden push meets beyond that"
+        default=20e3, description="modulus that a sudden push meets beyond that"
     )
-    time: Annotated[Time, Within(1e-3, 1e4, "Time")] = Field(default=2.0, description="in which it relaxes")
+    time: Annotated[Time, Within(1e-3, 1e4, "Time")] = Field(default=2.0, description="time constant of its relaxation")
 
     def body(self, radius: float, pressure: float) -> Law:
-        """Return the force of the relaxed gel: a slow hand meets no more, and what the hand did before does not matter."""
+        """Return the force of the relaxed gel: a slow hand meets no more, and earlier presses do not matter."""
         return hertz(self.modulus, radius)
 
 
@@ -97,7 +97,7 @@ class Seeds(Fill):
         default=0.6e6, description="effective modulus of the grains at 100 kPa; it goes as the root of the pressure"
     )
     unloading: Annotated[float, Field(gt=1.0, le=100.0), Within()] = Field(
-        default=3.0, description="how many times stiffer the grains unload than they were loaded"
+        default=3.0, description="stiffness of the grains in unloading over their stiffness in loading"
     )
 
     def body(self, radius: float, pressure: float) -> Law:

@@ -1,4 +1,4 @@
-"""What responses share that remember the largest drop so far."""
+"""The common part of responses that remember the largest drop so far."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class RemembersLargest(Response, ABC):
         return (state.largest, *self.inner.kinks(state.inner))
 
     def after(self, state: Pressed, drop: float, dt: float) -> Pressed:
-        """Return it after a step."""
+        """Return the state after a step."""
         return Pressed(max(state.largest, drop), self.inner.after(state.inner, drop, dt))
 
     def rest(self, state: Pressed, dt: float) -> float:
-        """Return the rest of what is within, m."""
+        """Return the rest of the response within, m."""
         return self.inner.rest(state.inner, dt)

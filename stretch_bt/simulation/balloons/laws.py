@@ -1,4 +1,4 @@
-"""Force laws of what is in a balloon, by the drop of its top."""
+"""Force laws of a balloon's fill, by the drop of its top."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def scaled(law: Law, force: float, length: float) -> Law:
 
 
 def together(one: Law, other: Law) -> Law:
-    """Return the law of two that are pressed by the same drop."""
+    """Return the law of two bodies that are pressed by the same drop."""
 
     def law(drop: float) -> tuple[float, float]:
         (f, a), (g, b) = one(drop), other(drop)

@@ -10,7 +10,7 @@ __all__ = ["Lessened"]
 
 
 class Lessened(Response):
-    """The response `inner` less `taken`, which is at most its force; no memory but that of the inner."""
+    """The response `inner` less `taken`, which is at most its force; no memory but the inner's."""
 
     def __init__(self, inner: Response, taken: Law) -> None:
         self.inner, self.taken = inner, taken

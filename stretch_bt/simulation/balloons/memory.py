@@ -1,4 +1,4 @@
-"""What responses with a memory share."""
+"""The common part of responses with a memory."""
 
 from __future__ import annotations
 

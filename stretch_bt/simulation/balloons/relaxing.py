@@ -1,4 +1,4 @@
-"""A gel beside an elastic body: it resists a fast push and lets go with time."""
+"""A gel beside an elastic body: it resists a fast push and relaxes with time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EXACT = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Relaxed:
-    """Force of the branch, N, what it follows, N, at the last step, the drop, m, then, and the state of the rest."""
+    """Force of the branch, N, the force that it follows, N, and the drop, m, at the last step, and the state of the rest."""
 
     branch: float
     followed: float
@@ -30,8 +30,8 @@ class Relaxed:
 class Relaxing(Response):
     """A response with a Maxwell branch beside it: q' = g(d)' - q / time, F = F1(d) + q.
 
-    That is the contact of a viscoelastic ball (Lee and Radok, J. Appl. Mech. 27, 1960) where g is the law of Hertz for what
-    the modulus loses with time. The branch is integrated exactly for a g that moves evenly over the step, implicitly in the
+    That is the contact of a viscoelastic ball (Lee and Radok, J. Appl. Mech. 27, 1960) where g is the law of Hertz for the
+    part of the modulus that relaxes. The branch is integrated exactly for a g that moves evenly over the step, implicitly in the
     drop. Lee and Radok's solution is for a contact that grows; here it serves one that shrinks as well.
     """
 
@@ -40,7 +40,7 @@ class Relaxing(Response):
         self.memory = longest_step(inner, min(_LONGEST, time / 10))
 
     def start(self) -> Relaxed:
-        """At rest."""
+        """Return the state at rest."""
         return Relaxed(0.0, 0.0, 0.0, self.inner.start())
 
     def law(self, state: Relaxed, dt: float) -> Law:
@@ -81,7 +81,7 @@ class Relaxing(Response):
         return max(root - 2 * _EXACT * state.drop, 0.0)  # on the side without a force
 
     def _factors(self, dt: float) -> tuple[float, float]:
-        """Return what is left of the branch after a step, and what it takes of an even move during it."""
+        """Return the share of the branch left after a step, and the share that it takes of an even move during it."""
         check_step(dt)
         part = dt / self.time
         return math.exp(-part), -math.expm1(-part) / part if part > 0 else 1.0
@@ -91,7 +91,7 @@ class Relaxing(Response):
         kept, taken = self._factors(dt)
         offset = min(
             kept * state.branch - taken * state.followed, 0.0
-        )  # the branch never has more than what it follows
+        )  # the branch never has more than the force that it follows
         inner = self.inner.law(state.inner, dt)
 
         def force(drop: float) -> tuple[float, float]:

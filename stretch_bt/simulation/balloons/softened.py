@@ -9,10 +9,10 @@ __all__ = ["Softened"]
 
 
 class Softened(RemembersLargest):
-    """A response less what softening takes off one part of it: F(d) = F1(d) - share (1 - d / m) part(d) below the largest drop m.
+    """A response less the softening of one part of it: F(d) = F1(d) - share (1 - d / m) part(d) below the largest drop m.
 
-    At and past m the force is that of the first loading, as in the pseudo-elastic law of Ogden and Roxburgh (Proc. R. Soc. A
-    455, 1999); `share` is what is lost just after the return.
+    At and past m the force equals the first loading's, as in the pseudo-elastic law of Ogden and Roxburgh (Proc. R. Soc. A
+    455, 1999); `share` is the part lost just after the return.
     """
 
     def __init__(self, inner: Response, part: Law, share: float) -> None:
@@ -20,7 +20,7 @@ class Softened(RemembersLargest):
         self.part, self.share = part, share
 
     def law(self, state: Pressed, dt: float) -> Law:
-        """Return the force of what is softened by now."""
+        """Return the force with the softening so far."""
         first, largest = self.inner.law(state.inner, dt), state.largest
 
         def force(drop: float) -> tuple[float, float]:

@@ -1,7 +1,7 @@
-"""The cap under the hand, tabulated: force, flattening and what a gas takes off, by the drop of its top.
+"""The cap under the hand, tabulated: force, flattening and the loss by a gas, by the drop of its top.
 
 All in the cap's own units, so that one table serves every size and pressure: lengths over the radius R, forces over p R^2, and
-the hand by kappa = k R / p, its modulus k over what the pressure p makes of it. `python -m benchmarks.balloons table` makes it.
+the hand by kappa = k R / p, with its modulus k and the pressure p. `python -m benchmarks.balloons table` makes it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["PRESTRETCH", "CapTable", "TabulatedCap", "read_table"]
 
 Array = npt.NDArray[np.float64]
 
-#: of the skin of the table
+#: prestretch of the table's skin
 PRESTRETCH = 2.5
 
 
@@ -52,7 +52,7 @@ class CapTable:
     limit: Array
 
     def at(self, kappa: float) -> TabulatedCap:
-        """Return a cap; one past the ends of the table is that at the end: a rigid plate, or a hand that is hardly there."""
+        """Return a cap; past the ends of the table it is the cap at the end: a rigid plate, or a hand that is hardly there."""
         if not kappa > 0:
             raise InvalidInput(f"kappa must be above 0, not {kappa!r}")
         u = min(max(math.log(kappa), math.log(self.kappa[0])), math.log(self.kappa[-1]))

@@ -1,1 +1,1 @@
-"""The depth camera of the twin: what it sees of the membrane, and what it adds to it."""
+"""The depth camera of the twin: its view of the membrane, and its errors."""

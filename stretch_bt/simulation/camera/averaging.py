@@ -1,4 +1,4 @@
-"""What is left of a camera's error in a height and in a size, in closed form, when pixels and frames are averaged."""
+"""A camera's error in a height and in a size after pixels and frames are averaged, in closed form."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stretch_bt.simulation.effects.base import Size
 __all__ = ["frames_left", "is_curved", "noise_sizes", "rim_slope"]
 
 _SIDE = 0.045  # m; half the width of the shipped membrane
-_HALF_RING = 4e-3  # m; so far from the rim on both sides the membrane is straight enough to tell where its bend is
+_HALF_RING = 4e-3  # m; so far from the rim on both sides the membrane is straight enough to locate its bend
 _SKIRT = 6e-3  # m; about as far a smooth error passes for a bend of the skirt
 
 
 def frames_left(memory: float, frames: int) -> float:
-    """Return the standard deviation of a mean of frames over that of one; each keeps a share of the one before.
+    """Return the standard deviation of a mean of frames over a single frame's; each keeps a share of the one before.
 
     The variance is (1 + 2 sum over k of (1 - k / n) memory^k) / n (Box, Jenkins and Reinsel, Time Series Analysis, 2.1.6).
     """
@@ -28,14 +28,14 @@ def frames_left(memory: float, frames: int) -> float:
 
 
 def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size]:
-    """Yield what zero-mean noise of an image leaves of a height, a stiffness and a size, as standard deviations over runs.
+    """Yield the errors of a height, a stiffness and a size by zero-mean noise of an image, as standard deviations over runs.
 
     Parameters
     ----------
     sd
-        m; of a pixel in the mean over the frames.
+        Standard deviation of a pixel in the mean over the frames, m.
     kernel
-        Pixels; the noise is white noise smoothed by a Gaussian of it, so that 4 pi kernel^2 pixels share one error.
+        Standard deviation of the Gaussian that smooths the white noise, pixels, so that 4 pi kernel^2 pixels share one error.
     """
     area, curved = _sharing(kernel), is_curved(case)
     radius = case.contact_radius if curved else case.radius
@@ -55,7 +55,7 @@ def _sharing(kernel: float) -> float:
 
 
 def is_curved(case: Case) -> bool:
-    """Tell whether the object's top is round, or a flat face within an edge."""
+    """Return whether the object's top is round, or a flat face within an edge."""
     return case.rough.edge >= case.radius / 2
 
 
@@ -65,16 +65,16 @@ def rim_slope(case: Case) -> float:
 
 
 def _radius(case: Case, sd: float, bend: float) -> float:
-    """Return the standard deviation of a cap's radius, m: that of its curvature, but for noise too smooth to be averaged.
+    """Return the standard deviation of a cap's radius, m, from its curvature's, but for noise too smooth to be averaged.
 
-    That of averaged noise is 2 sqrt(12) sd / sin^2 of the cap's half angle.
+    For averaged noise it is 2 sqrt(12) sd / sin^2 of the cap's half angle.
     """
     sine = min(case.contact_radius / case.radius, 1.0)
     return min(2 * math.sqrt(12) * sd / sine**2, bend * case.radius**2, case.radius)
 
 
 def _diameter(case: Case, sd: float, area: float, bend: float) -> float:
-    """Return the standard deviation of the diameter of a flat face, m: how far its rim's bend can be told from noise."""
+    """Return the standard deviation of the diameter of a flat face, m: how well its rim's bend can be distinguished from noise."""
     slope = rim_slope(case)
     ring = 2 * math.pi * case.radius * 2 * _HALF_RING / case.pixel**2
     return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _SKIRT**2 * bend / slope, case.radius)

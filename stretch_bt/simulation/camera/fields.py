@@ -29,13 +29,13 @@ class SmoothField:
         self._down, self._across = (_spread(count, kernel) for count in shape)
 
     def seeds(self, random: np.random.Generator) -> Image:
-        """Draw what an image grows from: few numbers, and sums of them grow into sums of images."""
+        """Draw the numbers that an image grows from: they are few, and sums of them grow into sums of images."""
         return normal(random, (self._down.shape[1], self._across.shape[1]))
 
     def grow(self, seeds: Image) -> Image:
         """Return the image (h, w).
 
-        The products are of double precision: what one processor rounds otherwise than another is lost in the single one of the image.
+        The products are of double precision: differences in rounding between processors are lost in the image's single one.
         """
         image: Any = self._down @ (seeds.astype(np.float64) @ self._across.T)
         return np.asarray(image, np.float32)

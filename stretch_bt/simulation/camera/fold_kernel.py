@@ -45,7 +45,7 @@ def refined(
 ) -> Any:
     """Return the depth at which the ray of pixel (u, v) meets the bicubic near (s, t) of a cell, or the facet's.
 
-    `slopes` are those of s and t by u and v on the facet.
+    `slopes` are the derivatives of s and t by u and v on the facet.
     """
     su, sv, tu, tv = slopes
     s0, t0 = s, t
@@ -69,7 +69,7 @@ def corner(column: Any, row: Any, i: Any, j: Any) -> Any:
 
 @kernel()
 def triangle(column: Any, row: Any, depth: Any, i: Any, j: Any, upper: Any, image: Any) -> Any:
-    """Draw half of a cell into the image (h, w) wherever it is nearer than what is there; 0 is nothing."""
+    """Draw half of a cell into the image (h, w) wherever it is nearer than the depth there; 0 is none."""
     o = 1 if upper else 0  # the corner (o, o) and its two neighbours; places in the cell count from there
     sign = 1.0 - 2.0 * o
     cu, cv = corner(column, row, i + o, j + o)

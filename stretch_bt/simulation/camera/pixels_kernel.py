@@ -1,4 +1,4 @@
-"""What cameras do to single pixels, compiled. Depths are (h, w) float32, m, 0 where there is no value, changed in place."""
+"""A camera's errors in single pixels, compiled. Depths are (h, w) float32, m, 0 where there is no value, changed in place."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def add(depth: Any, noise: Any, sd: Any, growth: Any) -> Any:
 
 @kernel()
 def is_steep(depth: Any, v: Any, u: Any, fx: Any, fy: Any, cx: Any, cy: Any, least: Any) -> Any:
-    """Tell whether the cosine between a pixel's ray and the surface's normal is below `least`, by neighbours with a value.
+    """Return whether the cosine between a pixel's ray and the surface's normal is below `least`, by neighbours with a value.
 
     With n = (fx z_u, fy z_v, -z - (u - cx) z_u - (v - cy) z_v) along the normal of z(u, v), and r the ray at unit depth,
     n . r = -z.

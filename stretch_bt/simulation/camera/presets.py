@@ -1,4 +1,4 @@
-"""Camera presets: the parameters of the effects that a camera has; what a preset does not name, its camera does not add."""
+"""Camera presets: the parameters of the effects that a camera has; a camera adds no effect that its preset does not name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stretch_bt.simulation.effects.white_noise import WhiteNoise
 
 __all__ = ["PRESETS"]
 
-#: a structured-light camera 200 mm over the membrane: what is known of its parts, put together by judgement
+#: a structured-light camera 200 mm over the membrane: known properties of its parts, put together by judgement
 _BENCH: dict[str, Any] = {
     "white_noise": WhiteNoise.Parameters(),
     "correlated_noise": CorrelatedNoise.Parameters(),
@@ -30,7 +30,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     "bench": _BENCH,
     # the noise of height that the paper (arXiv 2105.08154) states, as if all of it were correlated
     "hard": {**_BENCH, "correlated_noise": CorrelatedNoise.Parameters.model_validate({"sd": "1 mm"})},
-    # what frames of a real SR305 at 0.45 to 1 m show of it on smooth surfaces, brought to 200 mm by the square of depth
+    # its noise in frames of a real SR305 at 0.45 to 1 m on smooth surfaces, scaled to 200 mm by the square of depth
     "sr305_texture": {
         "white_noise": WhiteNoise.Parameters.model_validate({"sd": "0.002 mm", "reference_depth": "200 mm"}),
         "correlated_noise": CorrelatedNoise.Parameters.model_validate(

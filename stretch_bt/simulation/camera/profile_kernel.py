@@ -1,4 +1,4 @@
-"""What each pixel sees of a round bump on a flat sheet, and of the table beside a sheet, compiled."""
+"""The depth that each pixel sees of a round bump on a flat sheet, and of the table beside a sheet, compiled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stretch_bt.compiled import kernel
 __all__ = ["look_at_profile", "look_beside"]
 
 _STEPS = 60
-_CLOSE = 1e-8  # m; what is left after such a step is far less
+_CLOSE = 1e-8  # m; the error left after such a step is far less
 
 
 @kernel()
@@ -94,7 +94,7 @@ def look_beside(
 ) -> Any:
     """Fill the image (h, w), m, where it is 0, with the plane normal . p = offset; not beyond the fingers.
 
-    They hide what is seen through z = 0 beyond y from `first` to `last`.
+    The fingers hide everything seen through z = 0 beyond y from `first` to `last`.
     """
     room = offset - (normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2])
     for v in range(image.shape[0]):

@@ -1,4 +1,4 @@
-"""The depth image of the membrane and of the table beside it, without what a real camera adds."""
+"""The depth image of the membrane and of the table beside it, without a real camera's errors."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ __all__ = ["DepthRenderer"]
 
 Image = npt.NDArray[np.float32]
 _SAMPLES = 2048
-_ROWS, _COLUMNS = 2, 3  # by which a surface is continued at each end and side
+_ROWS, _COLUMNS = 2, 3  # rows and columns that continue a surface at each end and side
 _BLIND = 0.010  # m; a membrane that comes as near as this covers the lens
 
 
 class DepthRenderer:
     """Renders depth along the optical axis, (h, w) float32, m; 0 is no value.
 
-    `intrinsics` are those of the lens that the scene is seen through, `plane_distance`, m, how far the flat membrane is by
-    what is known, and `offset` how the camera really stands. The table shows beside the free sides of the sheet; its ends hide
+    `intrinsics` are the lens's through which the scene is seen, `plane_distance`, m, is the assumed distance of the flat
+    membrane, and `offset` says how the camera really stands. The table shows beside the free sides of the sheet; its ends hide
     under the fingers, which give no value. A camera that the membrane comes nearer to than 10 mm sees nothing at all.
     """
 

@@ -1,4 +1,4 @@
-"""A depth camera over a world: what it sees, and what its effects make of that."""
+"""A depth camera over a world: its view, and its effects on that view."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ __all__ = ["Sensor", "Shot", "exposed", "window"]
 Image = npt.NDArray[np.float32]
 
 _UNIT = 1e-5  # one count, m, where nothing rounds to coarser ones
-_MARGIN = 0.008  # what of the table is in view beside the membrane, m
+_MARGIN = 0.008  # width of the table in view beside the membrane, m
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """When a frame is exposed, s, its number, and how the hand and what it presses then stand; `stretch` in m."""
+    """The time of a frame's exposure, s, its number, and how the hand and the pressed object then stand; `stretch` in m."""
 
     time: float
     number: int
@@ -36,8 +36,8 @@ class Shot:
 
 
 class Sensor:
-    """Turns a world into exposures; `lens` is what the camera tells of itself, `plane_distance`, m, where the membrane is thought
-    to be, `rate`, Hz, that of the frames, and `random(name, number)` the noise source of an effect for a frame.
+    """Turns a world into exposures; `lens` is the one that the camera reports, `plane_distance`, m, the assumed distance of the
+    membrane, `rate`, Hz, the frame rate, and `random(name, number)` the noise source of an effect for a frame.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Sensor:
         return exposed(self.clean(shot), self.lens, self.rate, shot.number, self.effects, self.random, stats)
 
     def clean(self, shot: Shot) -> Image:
-        """Return (h, w) float32, m, what would be seen without any effect; unchanged since the last frame it is kept."""
+        """Return (h, w) float32, m, the depth without any effect; it is kept while nothing changes."""
         skin = self.world.skin(shot.contact, shot.stretch)
         if self._clean is None or self._clean[0] is not skin or self._clean[1] != shot.pose:
             with self.world.stats.timed("render"):
@@ -79,7 +79,7 @@ def exposed(
     random: Callable[[str, int], np.random.Generator],
     stats: Stats | None = None,
 ) -> Exposure:
-    """Return what effects make of the (h, w) float32 depth, m, that frame `number` would show without them; `stats` counts them."""
+    """Return the exposure that effects make of frame `number`'s clean (h, w) float32 depth, m; `stats` counts the effects."""
     exposure = Exposure(clean.copy(), lens, number / rate, number, rate, random, _UNIT)
     counted = stats or Stats()
     for effect in effects:

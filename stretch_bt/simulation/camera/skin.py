@@ -1,4 +1,4 @@
-"""What the camera looks at, membrane frame: the membrane as a profile or as a grid of points, and the table behind it."""
+"""The scene that the camera looks at, membrane frame: the membrane as a profile or as a grid of points, and the table behind it."""
 
 from __future__ import annotations
 

@@ -23,10 +23,10 @@ _FEW = 30
 
 @dataclass(frozen=True, slots=True)
 class Deviations:
-    """What frames of a still scene do about the truth.
+    """Deviations of the frames of a still scene from the truth.
 
-    `sd`, m, is that of all pixels of all frames, `beside` (3,) the correlation of pixels 1 to 3 apart, along rows and
-    columns, `after` that of a pixel with itself a frame later, `fixed`, m, the standard deviation of the pixels' means over
+    `sd`, m, is the one over all pixels of all frames, `beside` (3,) the correlation of pixels 1 to 3 apart, along rows and
+    columns, `after` the one of a pixel with itself a frame later, `fixed`, m, the standard deviation of the pixels' means over
     the frames, and `lost` the share without a value.
     """
 
@@ -39,7 +39,7 @@ class Deviations:
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """What single frames show on smooth surfaces: residuals to quadratics over patches of 15 pixels.
+    """Noise of single frames on smooth surfaces: residuals from quadratics over patches of 15 pixels.
 
     `growth`, 1/m, is their standard deviation over the square of depth, on the quietest tenth of the patches, and `beside`
     (3,) the correlation of pixels 1 to 3 apart.

@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Offset(NamedTuple):
-    """How a camera stands against where it is thought to: m, membrane frame, and rad.
+    """Offset of a camera from its assumed place: m, membrane frame, and rad.
 
     It is turned about the membrane's x axis first and then about its y axis, counter-clockwise seen from that axis' end.
     """
@@ -33,7 +33,7 @@ class Offset(NamedTuple):
     tilt_y: float = 0.0
 
 
-#: where it is thought to be
+#: at its assumed place
 RIGHT = Offset()
 
 
@@ -41,7 +41,7 @@ RIGHT = Offset()
 class View:
     """A camera at `plane_distance`, m, over the membrane's centre, but for its `offset`, with a lens.
 
-    The image's x and y are those of the membrane frame, whose z is against the optical axis.
+    The image's x and y are the membrane frame's, whose z is against the optical axis.
     """
 
     intrinsics: Intrinsics

@@ -1,1 +1,1 @@
-"""A lump of dough that is rolled and pressed: its radius in every direction, and what a force makes of it."""
+"""A lump of dough that is rolled and pressed: its radius in every direction, and how a force changes it."""

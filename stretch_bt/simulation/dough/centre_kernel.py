@@ -14,7 +14,7 @@ from stretch_bt.compiled import kernel
 
 __all__ = ["SMALLEST", "centre", "rescale", "shift", "volume"]
 
-SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
+SMALLEST = 0.05  # least radius over the mean radius, whatever is asked
 
 
 @kernel("float64(float64[::1], float64)")

@@ -38,7 +38,7 @@ class Directions:
 
     @property
     def solid_angle(self) -> float:
-        """Of each of them, sr."""
+        """Solid angle of each of them, sr."""
         return 4 * math.pi / self.count
 
 

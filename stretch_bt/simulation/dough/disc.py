@@ -16,7 +16,7 @@ __all__ = ["cracked", "disc_force", "edge_roughness", "hull", "outline", "silhou
 
 Array = npt.NDArray[np.float64]
 
-_HARMONICS = 8  # of the outline: finer than that a field of 500 directions tells nothing
+_HARMONICS = 8  # of the outline: a field of 500 directions resolves none that is finer
 
 
 def disc_force(volume: float, height: float, dough: Dough) -> float:
@@ -84,7 +84,7 @@ def cracked(smooth: Array, roughness: float, correlation: float, seed: int = 0) 
 
 
 def edge_roughness(line: Array) -> float:
-    """Return the standard deviation of the radius of an outline (n, 2) over its mean, of what its first 8 harmonics leave."""
+    """Return the standard deviation of the radius of an outline (n, 2) about its first 8 harmonics, over its mean."""
     spectrum = np.fft.rfft(np.linalg.norm(line, axis=1))
     mean = float(spectrum[0].real)
     spectrum[: _HARMONICS + 1] = 0.0
@@ -99,7 +99,7 @@ def hull(points: Array) -> Array:
 
 
 def silhouette(line: Array, height: float) -> Array:
-    """Return what is seen from the side (n, 2), m, of a disc of an outline (m, 2), m: its side bulges in half a circle."""
+    """Return the side view (n, 2), m, of a disc of an outline (m, 2), m: its side bulges in half a circle."""
     bulge = min(height / 2, float(np.ptp(line[:, 0])) / 2)
     angles = np.linspace(-np.pi / 2, np.pi / 2, 13)
     right = np.column_stack([line[:, 0].max() - bulge + bulge * np.cos(angles), height / 2 * (1 + np.sin(angles))])

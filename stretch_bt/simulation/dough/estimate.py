@@ -1,4 +1,4 @@
-"""How much a press and a roll do to a lump, in closed form."""
+"""The effects of a press and of rolling on a lump, in closed form."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["CUBE", "Flow", "flow"]
 
 CUBE = 0.125  # standard deviation of a cube's radius over its mean
-_FACTOR = 2.2  # of the yield stress: mean pressure under a contact of half the radius
+_FACTOR = 2.2  # mean pressure under a contact of half the radius, over the yield stress
 _PART = 0.25
 _PATH = 0.7  # between a circle, which rounds a lump little, and a figure-eight
 _SPEND = 25.0  # rad of rolling in which most of that is done
@@ -40,16 +40,16 @@ class Flow:
 
     @property
     def done(self) -> float:
-        """Part of what rolling does in the end that is done by then."""
+        """Part of the final effect of rolling that is reached by then."""
         return 1 - math.exp(-self.turned / _SPEND)
 
     def rounding(self, plastic: float) -> float:
-        """Return by how much rolling lowers the standard deviation of the radius over its mean."""
+        """Return the reduction by rolling of the standard deviation of the radius over its mean."""
         return _PATH * CUBE * plastic * self.done
 
 
 def flow(case: Case) -> Flow:
-    """Return what the deepest press of a scene does to its dough."""
+    """Return the flow of a scene's dough under its deepest press."""
     spec: DoughObject = case.scene.object  # type: ignore[assignment]
     radius, load = spec.ball, case.force + spec.weight
     contact = min(math.sqrt(load / (_FACTOR * math.pi * spec.yield_stress)), radius)

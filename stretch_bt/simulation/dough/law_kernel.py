@@ -1,4 +1,4 @@
-"""How a lump on a plate resists a press, compiled; `dough` (8,) holds what Dough.numbers says."""
+"""How a lump on a plate resists a press, compiled; `dough` (8,) holds Dough.numbers."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def flow(star: Any, content: Any, tall: Any, deep: Any, dough: Any) -> Any:
     """Return the area of a contact, m^2, and the force, N, at which a lump flows once it is pressed `deep`, m.
 
     Its section there was `star`, m^2; it spreads as the lump gets flat: all of a cube's section, all of the volume
-    `content`, m^3, over what is left of the height `tall`. The mean pressure is 2.8 Y on a small patch (Tabor 1951) down
-    to 1.2 Y on all of a ball's section, and at least that of a disc between plates with friction, 1 + 2 m a / (3 sqrt3 h)
+    `content`, m^3, over the rest of the height `tall`. The mean pressure is 2.8 Y on a small patch (Tabor 1951) down
+    to 1.2 Y on all of a ball's section, and at least the pressure of a disc between plates with friction, 1 + 2 m a / (3 sqrt3 h)
     (Avitzur 1968); area times pressure rises with the area.
     """
     left = tall - min(deep, 0.999 * tall)

@@ -1,4 +1,4 @@
-"""A lump of dough: its shape, how it lies, and what rolling and pressing make of it; a value that never changes."""
+"""A lump of dough: its shape, how it lies, and how rolling and pressing change it; a value that never changes."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Array = npt.NDArray[np.float64]
 STEP = 2 * math.pi / 60  # rad of rolling; the fixed grid on which the shape changes
 _CENTRED = 20
 _FLATTEST = 0.4
-_GRID = 1e9  # of angles and newtons: what rounding makes of a path cut in other places is gone
+_GRID = 1e9  # steps per rad and per newton: coarser than the rounding of a path cut in other places
 
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """What was rolled since the last full step: length, m, the way (x, y), m, and force times length, N m."""
+    """The path rolled since the last full step: length, m, the way (x, y), m, and force times length, N m."""
 
     length: float = 0.0
     x: float = 0.0
@@ -36,9 +36,9 @@ class Path:
 
 
 class Rolled(NamedTuple):
-    """What happened in full steps of rolling (m,): the height under load, m, and the part of the volume that was missing in each.
+    """The course of full steps of rolling (m,): the height under load, m, and the part of the volume that was missing in each.
 
-    Dough that is displaced is given back; what is missing then is the error of doing so, and the lump is scaled to make up for it.
+    Dough that is displaced is given back; the part missing then is the error of doing so, and the lump is scaled to make up for it.
     """
 
     heights: Array
@@ -68,7 +68,7 @@ class Lump:
 
     @property
     def directions(self) -> Directions:
-        """Those of the radii."""
+        """Directions of the radii."""
         return directions(len(self.radii))
 
     @property
@@ -106,12 +106,12 @@ class Lump:
 
     @property
     def height(self) -> float:
-        """From its lowest to its highest point, m, without a load."""
+        """Height from its lowest to its highest point, m, without a load."""
         low, high = self.extent
         return low + high
 
     def flattened(self, plastic: float) -> Lump:
-        """Return it lower by a height, m, for good: its underside is flat and its sides took the volume.
+        """Return the lump lower by a height, m, for good: its underside is flat and its sides took the volume.
 
         Raises
         ------
@@ -141,15 +141,15 @@ class Lump:
         rate: float = 0.0,
         step: float = STEP,
     ) -> tuple[Lump, Rolled]:
-        """Return what it is after the hand moved straight by (x, y), m, and what happened at each full step.
+        """Return the lump after the hand moved straight by (x, y), m, and the course of the full steps.
 
         It turns by the way over twice the radius of its ball, and goes half of the way. The shape changes on a fixed grid
-        of rolled angle, so that the pieces in which a path is told do not matter.
+        of rolled angle, so that the pieces in which a path is given do not matter.
 
         Parameters
         ----------
         force, weight
-            Of the hand on it and its own, N.
+            Force of the hand on it and its own weight, N.
         dough
             None for a lump that keeps its shape.
         spin
@@ -178,7 +178,7 @@ class Lump:
         return replace(moved, radii=radii, quaternion=quaternion, steps=self.steps + len(ways)), Rolled(*rolled)
 
     def _steps(self, way: tuple[float, float], force: float, step: float) -> tuple[Array, Array, Path]:
-        """Return the ways (m, 2), m, and forces (m,), N, of the full steps of a straight move, and what is left of it."""
+        """Return the ways (m, 2), m, and forces (m,), N, of the full steps of a straight move, and the path left over."""
         length = math.hypot(*way)
         full = 2 * self.ball * step
         before = self.pending
@@ -206,7 +206,7 @@ def cube(edge: float, count: int = 500, heading: float = 0.0) -> Lump:
         raise InvalidInput(f"the edge of a cube is a finite length above 0 m, not {edge}")
     found = directions(count)
     middle = np.zeros(3)
-    for _ in range(_CENTRED):  # the centroid of the field of radii, not quite that of the cube, is where they begin
+    for _ in range(_CENTRED):  # radii begin at the centroid of their field, which is not quite the cube's
         radii = ((edge / 2 - np.sign(found.vectors) * middle) / np.maximum(np.abs(found.vectors), 1e-12)).min(axis=1)
         middle += found.solid_angle / (4 * edge**3) * radii**4 @ found.vectors
     radii *= math.cbrt(edge**3 / (np.sum(radii**3) * found.solid_angle / 3))

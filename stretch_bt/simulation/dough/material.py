@@ -1,4 +1,4 @@
-"""What a dough is made of, and the hand that presses it, as the kernels want it."""
+"""The material of a dough, and the hand that presses it, as the kernels need them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Dough:
 
     `yield_stress` and `modulus`, Pa, are of uniaxial compression, the modulus infinite for a dough that does not spring
     back; the yield stress rises by `thickening`, Pa, at a plastic strain rate of 1/s, with the `power` of the rate.
-    `foundation`, N/m^3, is the hand's pressure per depth, `tension`, N/m, that of its membrane, `friction` that on plates,
+    `foundation`, N/m^3, is the hand's pressure per depth, `tension`, N/m, its membrane's tension, `friction` the friction on plates,
     from 0 to 1, and `relaxation` the part of an excess that smoothing takes away in a step of the usual length.
     """
 
@@ -40,7 +40,7 @@ class Dough:
             raise InvalidInput(f"thickening and tension are at least 0, friction and relaxation at most 1, not {self}")
 
     def numbers(self, rate: float = 0.0, steps: float = 1.0) -> npt.NDArray[np.float64]:
-        """Return (8,), what the kernels take, with the yield stress at a plastic strain rate, 1/s, and as much smoothing as in `steps`."""
+        """Return the numbers (8,) that the kernels take, with the yield stress at a plastic strain rate, 1/s, and as much smoothing as in `steps`."""
         flows = self.yield_stress + self.thickening * rate**self.power
         compliant = self.modulus / 0.75  # of plane strain, Poisson's ratio 0.5
         return np.array(

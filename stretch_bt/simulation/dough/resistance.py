@@ -14,8 +14,8 @@ from stretch_bt.simulation.dough.material import Dough
 __all__ = ["Resistance"]
 
 _KNOTS = 16
-_MOST = 0.75  # of the distance from its underside to its centroid: below that its section is known
-_NUDGE = 1e-6  # of the height, for a slope
+_MOST = 0.75  # part of the distance from its underside to its centroid up to which its section is known
+_NUDGE = 1e-6  # step for a slope, over the height
 _HALVINGS = 60
 
 

@@ -1,8 +1,8 @@
-"""What a lump becomes as it rolls under the hand or is pressed, step by step, compiled.
+"""The change of a lump as it rolls under the hand or is pressed, step by step, compiled.
 
 The lump is the star-shaped body |p| <= r(d) about its centroid, r (n,) on directions d (n, 3) of equal solid angle w. A
 plane at height -h under it cuts an area A(h), the sum of w h^2 / |u|^3 over the directions that reach below it, u being
-the upward part of d: the derivative of the volume below the plane. `dough` (8,) holds what Dough.numbers says.
+the upward part of d: the derivative of the volume below the plane. `dough` (8,) holds Dough.numbers.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from stretch_bt.simulation.dough.law_kernel import FOUNDATION, MODULUS, RELAXATI
 
 __all__ = ["flatten", "roll"]
 
-_RIM = 0.6  # of the mean radius above the plane: the ring that takes half of what the plane displaces
-_DEEPEST = 0.25  # of the mean radius: no step goes deeper
-_PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
-_SHARES = 10  # times that what is pressed away is given to the sides, some of which the plates cut off again
+_RIM = 0.6  # height above the plane, over the mean radius, of the ring that takes half of the displaced volume
+_DEEPEST = 0.25  # largest depth of a step over the mean radius
+_PASS = 0.02  # largest loss by smoothing or by one pass of a press, over the mean radius
+_SHARES = 10  # how often the volume pressed away is given to the sides, where the plates cut some off again
 _HALVINGS = 30
 
 
@@ -57,7 +57,7 @@ def section(below: Any, weights: Any, h: Any, soft: Any) -> Any:
 
 @kernel("UniTuple(float64[::1], 2)(float64[::1], float64[::1], float64, float64)")
 def lowest(radii: Any, u: Any, w: Any, h: Any) -> Any:
-    """Return how far points reach down, m, and w / |u|^3, for those that reach below -h."""
+    """Return how far points reach down, m, and w / |u|^3, for points that reach below -h."""
     below, weights = np.empty(len(u)), np.empty(len(u))
     count = 0
     for i in range(len(u)):
@@ -115,7 +115,7 @@ def waterline(radii: Any, u: Any, w: Any, high: Any, force: Any, foundation: Any
 def bend(radii: Any, neighbours: Any, weights: Any, i: Any) -> Any:
     """Return the sum of the principal curvatures at a direction times its radius, and how fast it falls with log r.
 
-    The surface is r = exp(f), with f differentiated by the weights; its mean curvature is that of a graph over the sphere.
+    The surface is r = exp(f), with f differentiated by the weights; its mean curvature is taken as a graph's over the sphere.
     """
     gu, gv, spread, stiff = 0.0, 0.0, 0.0, 0.0
     inverse = 1.0 / radii[i]
@@ -150,7 +150,7 @@ def smooth(radii: Any, u: Any, neighbours: Any, weights: Any, line: Any, ball: A
 
 @kernel("void(float64[::1], float64[::1], float64, float64, float64, float64)")
 def give_back(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
-    """Give half of what was displaced to the points beside the contact with a plane at -plane, and the rest to all alike."""
+    """Give half of the displaced volume to the points beside the contact with a plane at -plane, and the rest to all alike."""
     area = 0.0
     for i in range(len(u)):
         below = -radii[i] * u[i]
@@ -211,7 +211,7 @@ def roll(
     """Roll a lump of a volume, m^3, by rotation vectors (m, 3), rad, under forces (m, 2), N, of the hand and of the table.
 
     Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn, and the part
-    of the volume (m,) that was missing there once what was displaced had been given back. A yield stress that is infinite
+    of the volume (m,) that was missing there once the displaced volume had been given back. A yield stress that is infinite
     leaves the shape alone.
     """
     w = 4.0 * math.pi / len(radii)
@@ -265,6 +265,6 @@ def flatten(radii: Any, u: Any, vectors: Any, neighbours: Any, weights: Any, pla
             level[i] = -plane - sunk if z < 1e-9 * ball - plane else (high - sunk if z > high - 1e-9 * ball else 0.0)
         centre(radii, vectors, neighbours, weights, w, content)
         for i in range(len(u)):
-            if level[i] * u[i] > 0.0:  # what is flat stays flat
+            if level[i] * u[i] > 0.0:  # flat places stay flat
                 radii[i] = level[i] / u[i]
     rescale(radii, w, content)

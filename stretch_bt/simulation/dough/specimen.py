@@ -1,4 +1,4 @@
-"""A lump of dough in a run: how it gives way under the hand, and what rolling and pressing leave of it."""
+"""A lump of dough in a run: how it gives way under the hand, and how rolling and pressing change it."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 __all__ = ["DoughSpecimen", "DoughState"]
 
 _KEPT = 16
-_SHORTEST = 1e-3  # s; the rate of a step that takes no time is that of one this long
+_SHORTEST = 1e-3  # s; a step that takes no time has the rate of one this long
 _LONGEST = 0.1  # s of a step: at 100 mm/s a tenth of the way round
-_STIFF = 100.0  # times as stiff is a dough that does not spring back: its force still begins at 0
+_STIFF = 100.0  # factor on the modulus of a dough that does not spring back: its force still begins at 0
 _BARELY = 1e-9  # m of plastic press that leave the shape as it is
 _DISC = 0.2  # logarithm of the height lost from which on its top is flat
-_PART = 0.25  # of the rate at which a lump turns is its plastic strain rate: a strain of 0.1 over 0.4 rad
+_PART = 0.25  # plastic strain rate over the rate at which a lump turns: a strain of 0.1 over 0.4 rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,12 +87,12 @@ class DoughSpecimen(Specimen):
         return self.dough is None or self.dough.thickening == 0
 
     def start(self, seed: int = 0) -> DoughState:
-        """Return the cube as it was cut, and the seed of what happens to it by chance."""
+        """Return the cube as it was cut, and the seed of its chances."""
         lump = cube(self.spec.edge, self.spec.directions, self.spec.heading)
         return DoughState(lump, lump, seed)
 
     def law(self, state: DoughState, dt: float) -> Law | None:
-        """Return the force on its top, N, less what it weighs, by how far it is pressed down in a step of `dt`, s."""
+        """Return the force on its top, N, less its weight, by how far it is pressed down in a step of `dt`, s."""
         if self.dough is None:
             return None
         felt, step = self._felt(state.lump), max(dt, _SHORTEST)
@@ -111,14 +111,14 @@ class DoughSpecimen(Specimen):
         )
 
     def after(self, state: DoughState, moved: Moved) -> DoughState:
-        """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good; or carried."""
+        """Return the lump rolled where the hand went across while it pressed, else pressed as far as it gave way for good; or carried."""
         if state.raised:  # it hung, and did not roll
             state, moved = _carried(state, moved), replace(moved, across=(0.0, 0.0))
         shaped = self._shaped(state, moved)
         return shaped if self.tack <= 0 else replace(shaped, raised=_raised(moved))
 
     def grip(self, state: DoughState) -> Grip | None:
-        """Return by how much it sticks to a hand that touched it: by a spot as wide as the radius of its ball."""
+        """Return how it sticks to a hand that touched it: by a spot as wide as the radius of its ball."""
         if self.tack <= 0 or state.raised is None:
             return None
         from stretch_bt.simulation.hanging import Grip
@@ -162,7 +162,7 @@ class DoughSpecimen(Specimen):
         }
 
     def sketch(self, state: DoughState) -> dict[str, list[tuple[float, float]]]:
-        """Return what is seen of it from the side, above its underside, and the outline that it has or would be pressed to."""
+        """Return its side view, above its underside, and the outline that it has or would be pressed to."""
         line = self.outline(state, state.lump.height if state.pressed > _DISC else state.lump.ball)
         if state.pressed > _DISC:
             side = silhouette(line, state.lump.height)
@@ -173,7 +173,7 @@ class DoughSpecimen(Specimen):
         return {name: [(float(x), float(y)) for x, y in closed] for name, closed in (("side", side), ("outline", line))}
 
     def outline(self, state: DoughState, height: float) -> npt.NDArray[np.float64]:
-        """Return the outline (n, 2), m, about its middle, of what rolled last pressed to a height, m, with the cracks of its edge."""
+        """Return the outline (n, 2), m, about its middle, of the lump that rolled last, pressed to a height, m, with the cracks of its edge."""
         found = outline(state.rolled, height)
         if self.cracks is None:
             return found
@@ -241,7 +241,7 @@ def _raised(moved: Moved) -> float | None:
 
 
 def _carried(state: DoughState, moved: Moved) -> DoughState:
-    """Return dough that hung where the hand took it, which may have set it down; what tore itself loose is left where it was."""
+    """Return dough that hung where the hand took it, which may have set it down; dough that tore itself loose is left where it was."""
     if _raised(moved) is None:
         return state
     x, y = moved.across
@@ -256,6 +256,6 @@ def _ball(lump: Lump) -> Indenter:
 
 
 def _number(effects: Active, effect: str, name: str, off: float) -> float:
-    """Return a parameter of an effect, or what stands for it being off."""
+    """Return a parameter of an effect, or the value that stands for its being off."""
     found = effects.get(effect)
     return off if found is None else float(getattr(found.parameters, name))

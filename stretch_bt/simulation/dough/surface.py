@@ -1,4 +1,4 @@
-"""What the membrane meets of a lump: its upper side."""
+"""The part of a lump that the membrane meets: its upper side."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ class UpperSide(HeightField):
 
     @property
     def tip_radius(self) -> float:
-        """That of the ball, m."""
+        """Radius of the ball, m."""
         return self.radius
 
     @property
     def feature(self) -> float:
-        """That of the ball, m."""
+        """Radius of the ball, m."""
         return self.radius
 
 
 def upper_side(lump: Lump) -> UpperSide:
-    """Return the upper side of a lump on a grid around its centroid, with a cone for what is steeper than 65 degrees.
+    """Return the upper side of a lump on a grid around its centroid, with a cone where it is steeper than 65 degrees.
 
     The heights are taken from radii averaged over about two directions to each side, and blurred further where a smooth surface
     through them would ring, as at an overhang; y is against the world's.

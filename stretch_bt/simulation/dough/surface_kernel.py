@@ -12,13 +12,13 @@ from stretch_bt.compiled import kernel
 __all__ = ["top_side"]
 
 _AROUND, _DOWN = 48, 20
-_WIDTH = 2.0  # of the spacing of directions: how far a radius counts
+_WIDTH = 2.0  # how far a radius counts, over the spacing of directions
 _HALVINGS = 40
 
 
 @kernel("float64[:,::1](float64[::1], float64[:,::1], float64)")
 def table(radii: Any, vectors: Any, steepest: Any) -> Any:
-    """Return radii at polar angles from 0 to `steepest`, rad, and azimuths all round: means of those close by."""
+    """Return radii at polar angles from 0 to `steepest`, rad, and azimuths all round: means of the radii close by."""
     found = np.empty((_DOWN + 1, _AROUND))
     near = math.cos(min(_WIDTH * math.sqrt(4.0 * math.pi / len(radii)), 1.0))
     for i in range(_DOWN + 1):

@@ -29,5 +29,5 @@ class Active:
         return self._effects.get(name)
 
     def of(self, kind: type[E]) -> list[E]:
-        """Return those of a group, by its base class."""
+        """Return the effects of a group, by its base class."""
         return [effect for effect in self._effects.values() if isinstance(effect, kind)]

@@ -18,7 +18,7 @@ __all__ = ["ArmForceNoise"]
 class Parameters(base.Parameters):
     """Its standard deviation, N."""
 
-    sd: Annotated[Force, Within(0.0, 50.0, "Force")] = Field(default=0.1, description="standard deviation, an axis")
+    sd: Annotated[Force, Within(0.0, 50.0, "Force")] = Field(default=0.1, description="standard deviation per axis")
 
 
 class ArmForceNoise(RobotEffect):
@@ -32,9 +32,9 @@ class ArmForceNoise(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield nothing: what the arm feels stops a motion, and is no result."""
+        """Yield nothing: the arm's force stops a motion, and is no result."""
         return ()
 
     def force_sd(self, device: str) -> float:
-        """Return that of the arm."""
+        """Return the standard deviation of the arm's force, N."""
         return float(self.parameters.sd) if device == "Arm" else 0.0

@@ -1,4 +1,4 @@
-"""What an effect is: one physical or sensor phenomenon that a scene can switch on.
+"""An effect: one physical or sensor phenomenon that a scene can switch on.
 
 A new effect is one file in this folder with one subclass of the base of its group. It is constructed only when it is on; the
 class itself answers whether a scene can have it and how much it would change, in closed form.
@@ -43,16 +43,16 @@ Image = npt.NDArray[np.float32]
 
 
 class Parameters(BaseModel):
-    """Numbers of an effect, SI; those of a file carry their units."""
+    """Numbers of an effect, SI; numbers in a file carry their units."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class Size(NamedTuple):
-    """How much an effect would change an observable, in the unit of that observable's tolerance, and the numbers behind it.
+    """The change of an observable by an effect, in the unit of that observable's tolerance, and the numbers behind it.
 
     `height` and `size` are in m, `force` and `stiffness` are parts of their value, `roundness` is a standard deviation of
-    radius over the mean radius. `way` tells whether it makes that larger, 1, or smaller, -1; 0 where that is not known.
+    radius over the mean radius. `way` is 1 where it makes the observable larger, -1 where smaller, 0 where that is not known.
     """
 
     observable: Observable
@@ -62,7 +62,7 @@ class Size(NamedTuple):
 
 
 class Effect(ABC):
-    """One phenomenon, switched on; `parameters` are those of the scene."""
+    """One phenomenon, switched on; `parameters` are its numbers in the scene."""
 
     name: ClassVar[str]
     group: ClassVar[Group]
@@ -93,7 +93,7 @@ class Effect(ABC):
     @classmethod
     @abstractmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield how much it would change each observable, in closed form."""
+        """Yield its change of each observable, in closed form."""
 
 
 class MembraneEffect(Effect):
@@ -133,8 +133,8 @@ class Exposure:
 
     `depth` is (h, w) float32, m, along the optical axis, 0 where there is no value; effects change it in place or put
     another in its place. `unit` is one count, m. `random(name)` is the noise source of an effect for this frame, and
-    `random(name, k)` that for frame k, -1 for what is the same in all frames of a run: the same for the same seed,
-    whatever was asked before.
+    `random(name, k)` the one for frame k, -1 for noise that is the same in all frames of a run: the same for the same
+    seed, whatever was asked before.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class Exposure:
 
 
 class CameraEffect(Effect):
-    """Changes what the camera sends."""
+    """Changes the camera's frames."""
 
     group = "camera"
 
@@ -176,21 +176,21 @@ class CameraEffect(Effect):
         """Change the depth of a frame."""
 
     def lens(self, intrinsics: Intrinsics) -> Intrinsics:
-        """Return the intrinsics of the lens that the scene is seen through, given those that the camera tells."""
+        """Return the intrinsics of the lens that the scene is seen through, given the camera's reported ones."""
         return intrinsics
 
 
 class RobotEffect(Effect):
-    """Changes where the hand is, when it is read, or what force is read; each hook does nothing unless it is its own."""
+    """Changes where the hand is, when it is read, or the force that is read; each hook does nothing unless it is its own."""
 
     group = "robot"
 
     def height_error(self, random: np.random.Generator) -> float:
-        """Return by how much the height that a move ends at is off, m."""
+        """Return the error of the height at the end of a move, m."""
         return 0.0
 
     def delay(self, device: str) -> float:
-        """Return how old what a kind of device (`Arm`, `DepthCamera`, `ForceSensor`) tells is, s."""
+        """Return the age of the readings of a kind of device (`Arm`, `DepthCamera`, `ForceSensor`), s."""
         return 0.0
 
     def force_sd(self, device: str) -> float:
@@ -198,6 +198,6 @@ class RobotEffect(Effect):
         return 0.0
 
     def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return (3,) float, N, what is added to the force that a kind of device reads."""
+        """Return (3,) float, N, the error added to the force that a kind of device reads."""
         sd = self.force_sd(device)
         return random.normal(0.0, sd, 3) if sd > 0 else np.zeros(3)

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Bending"]
 
-_TOUCH = 1.5e-3  # m, of a first touch
-_LIFT = 0.6  # of the slope at the rim times the length of the bend, as solved sheets have it
+_TOUCH = 1.5e-3  # m, depth of a first touch
+_LIFT = 0.6  # lift of the sheet over the slope at the rim times the length of the bend, in solved sheets
 _PATCH = 3e-3  # m; a wider tip is seen as it is under a membrane that bends
 
 
-#: over what holds the membrane up: part of the force, m of the height over the middle, and m of a length at four fifths of the depth,
-#: fitted to solved sheets with and without bending under random bodies (benchmarks/bending.py fit)
+#: for each shape that holds the membrane up: change of the force as a part of it, of the height over the middle, m, and of a length at four
+#: fifths of the depth, m, fitted to solved sheets with and without bending under random bodies (benchmarks/bending.py fit)
 _FORCE: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.0735, bend=0.94, contact=-0.4, depth=-0.61),
     "crest": PowerLaw(0.073, bend=0.77, contact=-0.68, depth=-0.85),
@@ -52,15 +52,15 @@ class Bending(MembraneEffect):
     order = 2
     cost_ms = 3.0
     cost_per = "solve"
-    worth = 0.1  # what it moves, it moves alike in each press, and no average takes it away
+    worth = 0.1  # its error is alike in each press, and no average takes it away
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what the edge stiffness of a plate, 4 mu H^3 / 12, does over the length of a bend, the root of it over the tension.
+        """Yield the effect of a plate's bending stiffness, 4 mu H^3 / 12, over the length of a bend, the root of stiffness over tension.
 
         A rim holds the sheet on a line, from which it bends to both sides: it lies off a flat top everywhere else, most where it is
-        slack, across the hand, and stands further out. A first touch is told by the shape of all of the sheet, which lies off a ball
-        by the slope at the rim over that bend; a stiffness, whose drop begins there, hangs on it.
+        slack, across the hand, and stands further out. A first touch shows by the shape of the whole sheet, which lies off a ball
+        by the slope at the rim times that length; a stiffness, whose drop begins there, depends on it.
         """
         plate = 4 * case.scene.hand.shear_modulus * case.thickness**3 / 12
         layer, holds = math.sqrt(plate / case.tension), case.rough.holds
@@ -75,7 +75,7 @@ class Bending(MembraneEffect):
         if holds in _HEIGHT and (holds != "point" or case.rough.edge < _PATCH):
             yield Size("height", _HEIGHT[holds].at(**how) * case.rough.aspect, f"{why}, and lies off its top", way=1)
         if case.rough.flattens:
-            yield Size("height", _HEIGHT["rim"].at(**how), f"{why}, and lies off what it has pressed flat", way=1)
+            yield Size("height", _HEIGHT["rim"].at(**how), f"{why}, and lies off a top pressed flat", way=1)
         if math.isfinite(case.rough.stiffness):
             off = _LIFT * layer * min(math.sqrt(_TOUCH / (2 * case.radius)), 1.0)
             yield Size(

@@ -16,7 +16,7 @@ from stretch_bt.units import Length, Within
 
 __all__ = ["CorrelatedNoise"]
 
-_FORGOTTEN = 0.01  # what is left of a frame when it is left out: a ten-thousandth of the variance
+_FORGOTTEN = 0.01  # weight below which an earlier frame is left out: a ten-thousandth of the variance
 
 
 class Parameters(base.Parameters):
@@ -26,22 +26,22 @@ class Parameters(base.Parameters):
         default=3e-4, description="standard deviation of one pixel"
     )
     kernel: Annotated[float, Within(0.0, 200.0)] = Field(
-        default=3.0, description="pixels of the Gaussian that smooths it"
+        default=3.0, description="standard deviation of the Gaussian that smooths it, pixels"
     )
     memory: Annotated[float, Within(0.0, 0.95)] = Field(
-        default=0.6, description="share of it that stays from frame to frame"
+        default=0.6, description="share of the noise that stays from frame to frame"
     )
     reference_depth: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
         default=None,
-        description="depth that this holds for where it grows with the square of depth; else it holds everywhere",
+        description="depth at which sd holds where the noise grows with the square of depth; else sd holds everywhere",
     )
 
 
 class CorrelatedNoise(CameraEffect):
     """Noise that neighbouring pixels and successive frames share.
 
-    Each frame is a sum of smooth fields, its own and those of the frames before it with weights 1, memory, memory^2 ...:
-    an autoregressive process of first order, cut off where it has forgotten, so that a frame does not hang on which frames
+    Each frame is a sum of smooth fields, its own and the ones of the frames before with weights 1, memory, memory^2 ...:
+    an autoregressive process of first order, cut off where it has forgotten, so that a frame does not depend on which frames
     were looked at before it.
     """
 
@@ -58,7 +58,7 @@ class CorrelatedNoise(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what is left of it after averaging over groups of pixels and over frames."""
+        """Yield the noise left after averaging over groups of pixels and over frames."""
         from stretch_bt.simulation.camera.averaging import frames_left, noise_sizes
 
         left = parameters.sd * frames_left(parameters.memory, case.frames)
@@ -77,7 +77,7 @@ class CorrelatedNoise(CameraEffect):
         add(exposure, field.grow(self._seeds(exposure, field)), given.sd, given.reference_depth)
 
     def _seeds(self, exposure: Exposure, field: Any) -> Any:
-        """Return the weighted sum of what the fields of this frame and those before it grow from."""
+        """Return the weighted sum of the seeds of the fields of this frame and of the frames before it."""
         run = exposure.depth.shape, int(exposure.random(self.name, -1).integers(1 << 62))
         if run != self._kept_of:
             self._kept, self._kept_of = {}, run
@@ -94,7 +94,7 @@ class CorrelatedNoise(CameraEffect):
 
 
 def _weights(memory: float) -> Any:
-    """Return the weights of this frame and of those before it; their squares add up to 1."""
+    """Return the weights of this frame and of the frames before it; their squares add up to 1."""
     count = 1 if memory == 0 else max(math.ceil(math.log(_FORGOTTEN) / math.log(memory)), 1)
     weights = memory ** np.arange(count)
     return (weights / np.sqrt((weights**2).sum())).astype(np.float32)

@@ -24,7 +24,7 @@ class Parameters(base.Parameters):
     thickening: Annotated[Pressure, Within(0.0, 1e6, "Pressure")] = Field(
         default=500.0, description="rise of the yield stress at a strain rate of 1/s"
     )
-    power: Annotated[float, Within(0.05, 1.0)] = Field(default=0.4, description="0.3 to 0.5 is usual for pastes")
+    power: Annotated[float, Within(0.05, 1.0)] = Field(default=0.4, description="exponent, 0.3 to 0.5 for most pastes")
 
 
 class DoughViscosity(ObjectEffect):
@@ -39,7 +39,7 @@ class DoughViscosity(ObjectEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what a yield stress higher by that part does to the depth of a press and to the rounding."""
+        """Yield the changes of a press' depth and of the rounding by a yield stress higher by that part."""
         from stretch_bt.simulation.dough.estimate import flow
 
         found = flow(case)

@@ -20,7 +20,7 @@ class Parameters(base.Parameters):
     """Its rate, m/s."""
 
     rate: Annotated[Speed, Within(0.0, 1e-3, "Speed")] = Field(
-        default=2e-4 / 60, description="by how much depth changes; each run has a sign of its own"
+        default=2e-4 / 60, description="rate of change of depth; each run has a sign of its own"
     )
 
 
@@ -35,7 +35,7 @@ class Drift(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield how far it goes during the presses: down, hold, and up again."""
+        """Yield the change of depth during the presses: down, hold, and up again."""
         conditions = case.scene.conditions
         moving = 2 * case.depth / conditions.speed if conditions.speed > 0 else 0.0
         lasting = conditions.presses * (conditions.hold + moving)

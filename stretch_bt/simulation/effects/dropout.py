@@ -26,7 +26,7 @@ class Parameters(base.Parameters):
         default=0.01, description="part of the pixels without a value, 0 to 1"
     )
     steep: Annotated[float, Within(1.0, 1000.0)] = Field(
-        default=10.0, description="times as many where the surface is more than 60 deg off the sight"
+        default=10.0, description="factor on share where the surface is more than 60 deg off the sight"
     )
 
 

@@ -17,13 +17,13 @@ __all__ = ["EdgeCracks"]
 
 
 class Parameters(base.Parameters):
-    """How rough the outline gets, over its radius, and over which length, m."""
+    """Roughness of the outline over its radius, and its correlation length, m."""
 
     roughness: Annotated[float, Fraction(), Within(0.0, 0.2)] = Field(
-        default=0.015, description="sd of the outline's radius over it, pressed to a third of the height"
+        default=0.015, description="relative sd of the outline's radius, pressed to a third of the height"
     )
     correlation: Annotated[Length, Within(1e-4, 0.05, "Length")] = Field(
-        default=3e-3, description="length along the outline over which cracks are alike"
+        default=3e-3, description="correlation length of the cracks along the outline"
     )
 
 

@@ -19,10 +19,10 @@ class Parameters(base.Parameters):
     """Its standard deviation, m, and over how many pixels it is smooth."""
 
     sd: Annotated[Length, Within(0.0, 0.1, "Length")] = Field(
-        default=5e-4, description="standard deviation, over cameras"
+        default=5e-4, description="standard deviation of the error over cameras"
     )
     kernel: Annotated[float, Within(0.0, 200.0)] = Field(
-        default=40.0, description="pixels of the Gaussian that smooths it"
+        default=40.0, description="standard deviation of the Gaussian that smooths it, pixels"
     )
 
 
@@ -42,7 +42,7 @@ class FixedPattern(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield its own size for a height, and what its bend does to a size; a drop is the difference of two heights."""
+        """Yield its standard deviation for a height, and the effect of its bend on a size; a drop is the difference of two heights."""
         from stretch_bt.simulation.camera.averaging import noise_sizes
 
         why = f"{parameters.sd * 1e3:.2g} mm, the same in all frames"
@@ -68,6 +68,6 @@ class FixedPattern(CameraEffect):
 
 
 def _bend(case: Case, parameters: Parameters) -> float:
-    """Return half of what it adds to the object's curvature, as a part of it: force goes with the root of the radius."""
+    """Return half of its relative change of the object's curvature: force goes with the root of the radius."""
     smooth = max(parameters.kernel * case.pixel, 1e-3)
     return min(0.5 * 0.7 * parameters.sd / smooth**2 * case.radius, 1.0)

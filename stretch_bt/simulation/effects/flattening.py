@@ -43,5 +43,5 @@ class Flattening(FillEffect):
         yield Size("stiffness", _FELT_BEFORE * part, f"{why}; the radius is felt at a smaller drop")
 
     def respond(self, response: Response | None, spec: ObjectSpec) -> Response | None:
-        """Return the response as it is: the force of the object is that under the hand already."""
+        """Return the response as it is: the force of the object is already the force under the hand."""
         return response

@@ -1,4 +1,4 @@
-"""Pixels at an edge that are seen neither here nor there."""
+"""Pixels at an edge whose depth lies between its two sides."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ __all__ = ["FlyingPixels"]
 
 
 class Parameters(base.Parameters):
-    """Which part of the pixels at an edge fly, from which step of depth on, and how far, m."""
+    """The part of the pixels at an edge that fly, the step of depth that makes an edge, and how far they fly, m."""
 
     share: Annotated[float, Within(0.0, 1.0)] = Field(
-        default=0.001, description="part of the pixels at an edge, 0 to 1"
+        default=0.001, description="part of the pixels at an edge that fly, 0 to 1"
     )
     step: Annotated[Length, Within(1e-4, 1.0, "Length")] = Field(
         default=5e-3, description="step of depth between neighbours that makes an edge"
     )
-    least: Annotated[Length, Within(0.0, 1.0, "Length")] = Field(default=2e-3, description="that they fly")
-    most: Annotated[Length, Within(0.0, 1.0, "Length")] = Field(default=1e-2, description="that they fly")
+    least: Annotated[Length, Within(0.0, 1.0, "Length")] = Field(default=2e-3, description="least distance flown")
+    most: Annotated[Length, Within(0.0, 1.0, "Length")] = Field(default=1e-2, description="largest distance flown")
 
 
 class FlyingPixels(CameraEffect):
-    """Pixels at an edge that are seen neither here nor there, but on the way to the other side."""
+    """Pixels at an edge whose depth lies between its two sides, on the way to the other one."""
 
     name = "flying_pixels"
     order = 20

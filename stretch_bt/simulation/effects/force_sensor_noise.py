@@ -21,7 +21,7 @@ _READINGS = 20  # a fiftieth of a second at 1 kHz
 class Parameters(base.Parameters):
     """Its standard deviation, N."""
 
-    sd: Annotated[Force, Within(0.0, 50.0, "Force")] = Field(default=0.02, description="standard deviation, an axis")
+    sd: Annotated[Force, Within(0.0, 50.0, "Force")] = Field(default=0.02, description="standard deviation per axis")
 
 
 class ForceSensorNoise(RobotEffect):
@@ -35,10 +35,10 @@ class ForceSensorNoise(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what is left of it in the mean of some readings."""
+        """Yield the noise left in the mean of some readings."""
         left = parameters.sd / math.sqrt(_READINGS) / max(case.force, 1e-9)
         yield Size("force", left, f"{parameters.sd:.2g} N of {case.force:.2g} N, over {_READINGS} readings")
 
     def force_sd(self, device: str) -> float:
-        """Return that of the force sensor."""
+        """Return the standard deviation of the force sensor, N."""
         return float(self.parameters.sd) if device == "ForceSensor" else 0.0

@@ -1,4 +1,4 @@
-"""The membrane sticks to the object as far as Coulomb lets it."""
+"""The membrane sticks to the object as far as Coulomb friction allows."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Friction"]
 
-#: over what holds the membrane up: part of the force, m of the height over the middle and m of a length at four fifths of the depth,
-#: fitted to sheets solved with friction and without (benchmarks/effect_estimates.py)
+#: for each shape that holds the membrane up: change of the force as a part of it, of the height over the middle, m, and of a length at four
+#: fifths of the depth, m, fitted to sheets solved with friction and without (benchmarks/effect_estimates.py)
 _FORCE: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.0256, depth=1.05, contact=-0.1, strain=0.55, friction=0.65, wide=-1.0),
     "ridge": PowerLaw(0.0306, depth=0.95, contact=0.2, friction=0.6, wide=-0.45),
@@ -29,7 +29,7 @@ _FORCE: Mapping[Holds, PowerLaw] = {
     "dome": PowerLaw(0.0175, depth=1.25, strain=0.7, friction=0.8),
     "point": PowerLaw(0.0122, depth=1.0, strain=0.7, friction=0.5),
 }
-#: the same of the force over a flat top with corners
+#: the same change of the force over a flat top with corners
 _CORNERED = PowerLaw(0.0262, depth=1.3, strain=0.9, friction=0.5, wide=-1.5)
 _HEIGHT: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.015e-3, depth=1.7, friction=1.0),
@@ -51,12 +51,12 @@ class Parameters(base.Parameters):
     """Coulomb's coefficient."""
 
     coefficient: Annotated[float, Within(0.0, 5.0)] = Field(
-        default=0.5, description="0.25 to 0.75 is usual for silicone"
+        default=0.5, description="coefficient of friction; 0.25 to 0.75 is usual for silicone"
     )
 
 
 class Friction(MembraneEffect):
-    """The membrane sticks to the object as far as Coulomb lets it."""
+    """The membrane sticks to the object as far as Coulomb friction allows."""
 
     name = "friction"
     order = 4
@@ -66,7 +66,7 @@ class Friction(MembraneEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what keeping the sheet from sliding over the body does: it pulls harder, the further it would slide."""
+        """Yield the effect of keeping the sheet from sliding over the body: the sheet pulls harder, the further it would slide."""
         mu = max(parameters.coefficient, 1e-3)
         why = f"a coefficient of {parameters.coefficient:g} at a strain of {case.strain:.2g}"
         how = {"depth": case.depth, "contact": case.held_radius, "strain": max(case.strain, 1e-3), "friction": mu}

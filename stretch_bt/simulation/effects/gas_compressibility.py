@@ -33,7 +33,7 @@ class GasCompressibility(FillEffect):
             return
         beta = spec.fill.softness(spec.radius, spec.pressure)
         part = beta * (0.45 + 1.1 * spec.pressure / (HAND * spec.radius))
-        why = f"pressure times room over that of the air around, {beta:.2g}"
+        why = f"squeeze of the gas by {beta:.2g} of the cap's volume"
         yield from cls.of_stiffness(case, part, why)
 
     def respond(self, response: Response | None, spec: ObjectSpec) -> Response | None:

@@ -1,4 +1,4 @@
-"""What a device tells is a little old, and it does not know."""
+"""A device's readings are a little old without its knowledge."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from stretch_bt.units import Time, Within
 
 __all__ = ["Latency"]
 
-_RATE = 30.0  # frames a second: those exposed before the hand has stopped are seen after it
+_RATE = 30.0  # frames a second: frames exposed before the hand has stopped are seen after it
 
 
 class Parameters(base.Parameters):
-    """How old, s, by device."""
+    """Age of the readings, s, by device."""
 
-    camera: Annotated[Time, Within(0.0, 1.0, "Time")] = Field(default=0.05, description="of the depth camera")
-    force: Annotated[Time, Within(0.0, 1.0, "Time")] = Field(default=0.01, description="of arm and force sensor")
+    camera: Annotated[Time, Within(0.0, 1.0, "Time")] = Field(default=0.05, description="delay of the depth camera")
+    force: Annotated[Time, Within(0.0, 1.0, "Time")] = Field(default=0.01, description="delay of arm and force sensor")
 
 
 class Latency(RobotEffect):
-    """What a device tells is a little old, and it does not know."""
+    """A device's readings are a little old without its knowledge."""
 
     name = "latency"
     order = 1
@@ -35,11 +35,11 @@ class Latency(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield how far the hand moves in that time, as far as frames of it are averaged; across, a height hardly changes."""
+        """Yield the way of the hand in that time, by the share of the averaged frames that show it; across, a height hardly changes."""
         speed, late = case.scene.conditions.speed, parameters.camera
         moved = 0.0 if case.scene.conditions.travel > 0 else speed * late
         moving = min(late * _RATE / (2 * case.frames), 1.0) if case.scene.conditions.hold > 0 else 1.0
-        why = f"{speed * 1e3:.3g} mm/s for {late * 1e3:.3g} ms, in {moving:.2g} of what is averaged"
+        why = f"{speed * 1e3:.3g} mm/s for {late * 1e3:.3g} ms, in {moving:.2g} of the averaged frames"
         yield from case.from_height(moved * moving, why)
 
     def delay(self, device: str) -> float:

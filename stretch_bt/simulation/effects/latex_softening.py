@@ -20,10 +20,10 @@ __all__ = ["LatexSoftening"]
 
 
 class Parameters(base.Parameters):
-    """How much it loses."""
+    """Its loss of force."""
 
     share: Annotated[float, Field(gt=0.0, lt=1.0), Within()] = Field(
-        default=0.1, description="of the skin's force that is lost where a second press begins"
+        default=0.1, description="share of the skin's force that is lost where a second press begins"
     )
 
 

@@ -1,4 +1,4 @@
-"""A lens that bends the sight, which the camera does not tell."""
+"""A lens that distorts the image, which the camera does not report."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _Tangential = Annotated[float, Within(-0.5, 0.5)]
 class Parameters(base.Parameters):
     """The five coefficients of the inverse Brown-Conrady model: k1, k2, p1, p2, k3."""
 
-    k1: _Radial = Field(default=0.14374, description="radial, second order")
-    k2: _Radial = Field(default=0.04621, description="radial, fourth order")
-    p1: _Tangential = Field(default=0.00426, description="tangential, along the rows")
-    p2: _Tangential = Field(default=0.00561, description="tangential, along the columns")
-    k3: _Radial = Field(default=0.10719, description="radial, sixth order")
+    k1: _Radial = Field(default=0.14374, description="radial coefficient, second order")
+    k2: _Radial = Field(default=0.04621, description="radial coefficient, fourth order")
+    p1: _Tangential = Field(default=0.00426, description="tangential coefficient, along the rows")
+    p2: _Tangential = Field(default=0.00561, description="tangential coefficient, along the columns")
+    k3: _Radial = Field(default=0.10719, description="radial coefficient, sixth order")
 
 
 class LensDistortion(CameraEffect):
-    """A lens that bends the sight, which the camera does not tell; the coefficients are those of one SR300."""
+    """A lens that distorts the image, which the camera does not report; the coefficients are of one SR300."""
 
     name = "lens_distortion"
     order = 0
@@ -42,7 +42,7 @@ class LensDistortion(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield by how much it makes a contact round the optical axis wider."""
+        """Yield its widening of a contact around the optical axis."""
         away = case.radius / (case.pixel * _FOCAL)
         radial = away**2 * (parameters.k1 + away**2 * (parameters.k2 + away**2 * parameters.k3))
         yield Size("size", abs(2 * case.radius * radial), f"{radial:+.2%} at {away:.2f} of the distance from the axis")

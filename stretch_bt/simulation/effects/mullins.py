@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Softening"]
 
-_CYCLED = 0.5  # of the first softening, that comes back until the next task
+_CYCLED = 0.5  # share of the first softening that comes back until the next task
 
 
 class Parameters(base.Parameters):
-    """How much softer it becomes."""
+    """Its softening."""
 
     share: Annotated[float, Within(0.001, 0.9)] = Field(
         default=0.1,
-        description="part of its stress that it loses where it has been stretched much further; 0.05 to 0.15 is usual",
+        description="part of its stress that the membrane loses where it has been stretched much further; 0.05 to 0.15 is usual",
     )
 
 

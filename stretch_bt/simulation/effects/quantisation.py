@@ -19,7 +19,7 @@ __all__ = ["Quantisation"]
 class Parameters(base.Parameters):
     """The depth of one count, m."""
 
-    unit: Annotated[Length, Within(1e-6, 0.01, "Length")] = Field(default=0.000125, description="one count of depth")
+    unit: Annotated[Length, Within(1e-6, 0.01, "Length")] = Field(default=0.000125, description="depth of one count")
 
 
 class Quantisation(CameraEffect):
@@ -33,7 +33,7 @@ class Quantisation(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what is left of rounding: a fixed error where nothing dithers it, else as of white noise.
+        """Yield the error left of rounding: a fixed one where nothing dithers it, else as of white noise.
 
         Gaussian noise of standard deviation s leaves exp(-2 (pi s / unit)^2) of the fixed error (Widrow and Kollar,
         Quantization Noise, 2008). On a curved top that error comes in rings, the innermost of radius sqrt(radius unit).
@@ -53,12 +53,12 @@ class Quantisation(CameraEffect):
                 yield from case.from_height(max(size.value, rings if is_curved(case) else level), why)
 
     def expose(self, exposure: Exposure) -> None:
-        """Make its count that of the frame."""
+        """Make its count the frame's count."""
         exposure.unit = self.parameters.unit
 
 
 def _dither(case: Case) -> float:
-    """Return the standard deviation, m, of what else changes a pixel from frame to frame."""
+    """Return the standard deviation, m, of other noise that changes a pixel from frame to frame."""
     from stretch_bt.simulation.effects.correlated_noise import CorrelatedNoise
     from stretch_bt.simulation.effects.white_noise import WhiteNoise
 

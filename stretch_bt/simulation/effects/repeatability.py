@@ -1,4 +1,4 @@
-"""Each move ends at a height that is a little off."""
+"""Each move ends at a height with a small error."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class Parameters(base.Parameters):
     """Its standard deviation, m."""
 
     sd: Annotated[Length, Within(0.0, 0.01, "Length")] = Field(
-        default=3e-5, description="of the height that each move ends at"
+        default=3e-5, description="standard deviation of the height at the end of a move"
     )
 
 
 class Repeatability(RobotEffect):
-    """Each move ends at a height that is a little off."""
+    """Each move ends at a height with a small error."""
 
     name = "repeatability"
     order = 0
@@ -35,7 +35,7 @@ class Repeatability(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the error of a height, and through the slope of the force that of a force."""
+        """Yield the error of a height, and through the slope of the force the error of a force."""
         yield from case.from_height(parameters.sd, f"{parameters.sd * 1e3:.2g} mm at each move")
         yield Size("force", 1.5 * parameters.sd / case.depth, "through the slope of the force")
 

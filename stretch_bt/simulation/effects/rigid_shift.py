@@ -70,7 +70,7 @@ class RigidShift(ObjectEffect):
         moved
             The step; the sideways part of its force, which the shape of the membrane makes, pulls as well.
         weight
-            Of the object, N.
+            Weight of the object, N.
         """
         down = -moved.force[2]
         if down <= 0 or moved.depth <= 0:

@@ -21,9 +21,9 @@ __all__ = ["RoofSag"]
 
 
 class Parameters(base.Parameters):
-    """How much of the force the roof bears between its edges, assumed."""
+    """Share of the force that the roof bears between its edges, assumed."""
 
-    share: Annotated[float, Within(1e-3, 1.0)] = Field(default=0.25, description="of the force, over the roof")
+    share: Annotated[float, Within(1e-3, 1.0)] = Field(default=0.25, description="share of the force, over the roof")
 
 
 class RoofSag(ObjectEffect):
@@ -40,7 +40,7 @@ class RoofSag(ObjectEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the sag under the force of the deepest press, and what it takes off that force."""
+        """Yield the sag under the force of the deepest press, and its reduction of that force."""
         spec = case.scene.object
         if not isinstance(spec, PaperSpec):
             return

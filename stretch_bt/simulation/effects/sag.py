@@ -1,4 +1,4 @@
-"""The membrane hangs under its own weight."""
+"""The membrane sags under its own weight."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Sag"]
 
-_USUAL = 0.01535  # weight of 100 mm of silicone over the usual shear modulus, of which these are
-#: over what holds the membrane up: part of the force, m of the height over the middle and m of a length at four fifths of the depth,
-#: fitted to sheets solved with weight and without (benchmarks/effect_estimates.py)
+_USUAL = 0.01535  # weight of 100 mm of silicone over the usual shear modulus, for which these hold
+#: for each shape that holds the membrane up: change of the force as a part of it, of the height over the middle, m, and of a length at four
+#: fifths of the depth, m, fitted to sheets solved with weight and without (benchmarks/effect_estimates.py)
 _FORCE: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.0304, depth=-1.0, strain=-0.5),
     "ridge": PowerLaw(0.0341, depth=-1.0, strain=-0.5),
@@ -43,7 +43,7 @@ _SIZE: Mapping[Holds, PowerLaw] = {
 
 
 class Sag(MembraneEffect):
-    """The membrane hangs under its own weight."""
+    """The membrane sags under its own weight."""
 
     name = "sag"
     order = 1
@@ -52,10 +52,10 @@ class Sag(MembraneEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the sag of a membrane under tension, w L^2 / 8 T, as far as a press leaves of it, and what its weight adds to the force.
+        """Yield the sag of a membrane under tension, w L^2 / 8 T, that a press leaves, and the force that its weight adds.
 
-        Where the membrane is held up by what it touches it no longer hangs; but it was met earlier by so much, and is pressed harder.
-        A stiffness hangs on where it was met: its share is that of the sag in the depth.
+        Where an object holds the membrane up it no longer sags; but it touched the object earlier by the sag, and is pressed harder.
+        A stiffness depends on where the touch began: its change goes with the sag over the depth.
         """
         sag, holds = case.sag, case.rough.holds
         why = f"hangs by {sag * 1e3:.2g} mm at a tension of {case.tension:.3g} N/m"

@@ -15,14 +15,14 @@ from stretch_bt.units import Within
 
 __all__ = ["SpinNoise"]
 
-_MOST, _HALF = 0.04, 3.0  # of roundness, and rad of spin at which half of that is reached; for a circular path
+_MOST, _HALF = 0.04, 3.0  # largest change of roundness; spin, rad, at which half of it is reached; for a circular path
 
 
 class Parameters(base.Parameters):
-    """How much, rad per square root of a rad of rolling."""
+    """Standard deviation of the turn, rad per square root of a rad of rolling."""
 
     sd: Annotated[float, Within(0.0, 5.0)] = Field(
-        default=0.05, description="rad after one rad of rolling; it grows with the root of that"
+        default=0.05, description="turn after one rad of rolling, rad; it grows with the root of that"
     )
 
 

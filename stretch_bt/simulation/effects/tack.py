@@ -19,14 +19,14 @@ __all__ = ["Tack"]
 
 
 class Parameters(base.Parameters):
-    """The pull of what sticks, N: that of the hand, and of the table."""
+    """Adhesion, N: the pull of the hand, and the hold of the table."""
 
     pull: Annotated[Force, Within(0.0, 5.0, "Force")] = Field(
         default=0.1,
-        description="at which hand and dough come apart, and by which a press is lessened at most; 0.05 to 0.2 N is an assumption",
+        description="pull at which hand and dough come apart, and largest loss of a press' force; 0.05 to 0.2 N is an assumption",
     )
     hold: Annotated[Force, Within(0.0, 5.0, "Force")] = Field(
-        default=0.1, description="by which the table holds it beside its weight; 0 N on flour"
+        default=0.1, description="force of the table's hold beside its weight; 0 N on flour"
     )
 
 

@@ -1,4 +1,4 @@
-"""A gel resists a fast push, and lets go with time."""
+"""A gel resists a fast push, and relaxes with time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Viscosity"]
 
 
 class Viscosity(FillEffect):
-    """A gel resists a fast push, and lets go with time."""
+    """A gel resists a fast push, and relaxes with time."""
 
     name = "viscosity"
     needs = "compliance"
@@ -27,7 +27,7 @@ class Viscosity(FillEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
-        """Yield what is left of the sudden part, over the relaxed force, after a press at even speed and the hold."""
+        """Yield the rest of the sudden force, over the relaxed force, after a press at even speed and the hold."""
         spec = case.scene.object
         gel = spec.gel() if isinstance(spec, BalloonObject | SoftSphereObject) else None
         if not isinstance(spec, BalloonObject | SoftSphereObject) or gel is None:

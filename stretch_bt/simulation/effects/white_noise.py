@@ -23,7 +23,7 @@ class Parameters(base.Parameters):
     )
     reference_depth: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
         default=None,
-        description="depth that this holds for where it grows with the square of depth; else it holds everywhere",
+        description="depth at which sd holds where the noise grows with the square of depth; else sd holds everywhere",
     )
 
 
@@ -38,7 +38,7 @@ class WhiteNoise(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what is left of it after averaging over the pixels of the contact and over frames."""
+        """Yield the noise left after averaging over the pixels of the contact and over frames."""
         from stretch_bt.simulation.camera.averaging import frames_left, noise_sizes
 
         left = parameters.sd * frames_left(0.0, case.frames)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Wrinkling"]
 
-_THERE, _MOST = 3e-5, 0.011  # part of the force, times the strain; and in a sheet without tension
+_THERE, _MOST = 3e-5, 0.011  # relative change of the force times the strain; and that change in a sheet without tension
 
 
 class Wrinkling(MembraneEffect):

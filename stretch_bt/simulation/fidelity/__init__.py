@@ -1,1 +1,1 @@
-"""What stands in for the membrane, by fidelity: `hertz`, `axisymmetric` or `sheet`."""
+"""The models of the membrane, by fidelity: `hertz`, `axisymmetric` or `sheet`."""

@@ -1,4 +1,4 @@
-"""What a fidelity offers: the force of the membrane on what it meets, and its shape.
+"""The interface of a fidelity: the force of the membrane on a body that it meets, and its shape.
 
 A new one is one file in this folder and one line in `make`.
 """
@@ -26,10 +26,10 @@ __all__ = ["Fidelity", "Place", "Pressed"]
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What stands where in the membrane frame: a body and its closed form, if there is one; lengths in m, angles in rad.
+    """A body at its place in the membrane frame, and its closed form, if there is one; lengths in m, angles in rad.
 
     Its axis is at `at`, turned by `heading` about z and then by `tilt` about x and y; `reach` is how far from it the body
-    goes; `varies` tells that the body changes a little from press to press, `passing` that its shape is needed within 0.05 mm
+    goes; `varies` says that the body changes a little from press to press, `passing` that its shape is needed within 0.05 mm
     alone. The depth, from the flat membrane to its highest point, is asked for separately.
     """
 
@@ -46,7 +46,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """A membrane in equilibrium: its shape, and what another press remembers of it."""
+    """A membrane in equilibrium: its shape, and its memory for another press."""
 
     skin: Skin
     state: Any = None
@@ -58,7 +58,7 @@ class Fidelity(Protocol):
 
     #: whether a press depends on those before it
     remembers: bool
-    #: how well its forces are known, as a part of them: no better need they agree with those of the object
+    #: relative accuracy of its forces: they need to agree no better with the object's
     close: float
 
     def law(self, place: Place, state: Any) -> Law:
@@ -76,11 +76,11 @@ class Fidelity(Protocol):
         ...
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
-        """Return the membrane at a depth, m; `state` is that of an earlier press, or None."""
+        """Return the membrane at a depth, m; `state` is an earlier press' state, or None."""
         ...
 
     def released(self, state: Any) -> Any:
-        """Return what the membrane remembers of a press once it no longer touches."""
+        """Return the membrane's memory of a press once it no longer touches."""
         ...
 
     def lift(self, place: Place) -> float:

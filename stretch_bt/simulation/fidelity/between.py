@@ -13,11 +13,11 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 __all__ = ["Between"]
 
-_RATIO = 1.5  # of one radius to the next; between them the force, about its root, is straight to within 1.5e-3
+_RATIO = 1.5  # ratio of one radius to the next; between them the force, about its root, is straight to within 1.5e-3
 
 
 class Between:
-    """The force on a ball by straight lines in its radius, so that balls which differ little share what is solved for them."""
+    """The force on a ball by straight lines in its radius, so that balls which differ little share their solved presses."""
 
     def __init__(self, ball: Sphere, curve: Callable[[Sphere], Curve]) -> None:
         step = math.log(ball.diameter) / math.log(_RATIO)

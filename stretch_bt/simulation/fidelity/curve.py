@@ -16,15 +16,15 @@ Array = npt.NDArray[np.float64]
 
 _STEP = 1e-3  # m between solved presses, finer where the press is shallow
 _SHALLOW = (0.0625e-3, 0.125e-3, 0.25e-3, 0.5e-3)
-_POWER = 1.5  # of the travel, that the force of the shallowest presses grows with where they do not tell
+_POWER = 1.5  # power of the travel in the force of the shallowest presses, where they do not determine it
 
 
 class Curve:
     """The force of presses that differ in depth alone, by cubics through the four nearest solved ones.
 
-    What is interpolated is the logarithm of the force against that of how far the membrane is past first touch, `lift`, m, above
+    It interpolates the logarithm of the force over the logarithm of the membrane's travel past first touch, `lift`, m, above
     the plane: under a ball, an edge or a tip the force is nearly a power of it, each its own. Presses are solved when a depth near
-    them is asked for. `python -m benchmarks.twin_curve` prints the error and what it costs.
+    them is asked for. `python -m benchmarks.twin_curve` prints the error and the cost.
     """
 
     def __init__(self, solve: Callable[[float], Array], lift: float = 0.0) -> None:

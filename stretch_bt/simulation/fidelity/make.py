@@ -1,4 +1,4 @@
-"""From a scene to what stands in for its membrane."""
+"""From a scene to the model of its membrane."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def make_fidelity(
     stats: Stats,
     settings: Settings | None = None,
 ) -> Fidelity:
-    """Return what the scene's `fidelity` names; what it solves is counted in `stats`. A sheet is solved with `settings`."""
+    """Return the model that the scene's `fidelity` names; its solves are counted in `stats`. A sheet is solved with `settings`."""
     sizes = (membrane.width, membrane.gauge)
     made_of = (*sizes, membrane.thickness)
     match scene.fidelity:

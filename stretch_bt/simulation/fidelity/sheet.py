@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # numba comes along with it
 __all__ = ["SheetFidelity"]
 
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
-_FELT, _KNOWN = 1e-5, 1e-10  # of a force that is solved each time, and of one on a smooth curve
+_FELT, _KNOWN = 1e-5, 1e-10  # relative accuracy of a force that is solved each time, and of one on a smooth curve
 _LOOSE = Settings.within(0.01)
 _TOUCH = 3e-4  # m of travel up to which rounding is in the way of an exact balance
 _PASSING = Settings.within(
@@ -46,7 +46,7 @@ _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
 _GRAZE = 2e-5  # m of travel; a touch that is lighter has no mesh fine enough, and the shape of this one
 _LIGHT = 2e-4  # m of travel up to which one twice as deep stands in for a press that cannot be solved
-_SAME = 1e-9  # of the travel
+_SAME = 1e-9  # tolerance over the travel
 _ALONG, _ACROSS = 41, 9  # places at which it is known how far the membrane hangs
 _WAYS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
@@ -70,8 +70,8 @@ class SheetFidelity:
         for effect in effects:
             on = effect.on_sheet(on)
         self.sheet = Sheet(gauge, width, thickness, material, mount_prestretch, on)
-        self.settings = settings or Settings()  # exact, so that a force does not depend on what was solved before
-        #: for what a camera sees: mostly within 0.01 mm, at most 0.04 mm, of the exact shape on the same mesh, in a third of the time
+        self.settings = settings or Settings()  # exact, so that a force does not depend on earlier solves
+        #: for shapes that a camera sees: mostly within 0.01 mm, at most 0.04 mm, of the exact shape on the same mesh, in a third of the time
         self._seen = replace(self.settings, exact=False, corrected=False)
         #: for touches so light that rounding is in the way of an exact balance: within 5 % of a hundredth of a newton
         self._touching = replace(self.settings, exact=False)
@@ -132,7 +132,7 @@ class SheetFidelity:
         return hang(self.sheet, stretch)
 
     def _felt(self, place: Place, state: Any) -> Law:
-        """Return a law that solves at each depth; its slope is that of a power law first, then that between solves."""
+        """Return a law that solves at each depth; its slope is a power law's first, then the one between solves."""
         solved: list[tuple[float, float]] = []
 
         def law(depth: float) -> tuple[float, float]:
@@ -160,7 +160,7 @@ class SheetFidelity:
         return np.asarray(solved.force * part ** max(power, 1.0))
 
     def _curve(self, place: Place) -> Curve | Between:
-        """Return the force of a body; of a ball whose radius varies, that between balls of fixed radii."""
+        """Return the force of a body; for a ball whose radius varies, the force between balls of fixed radii."""
         if place.varies and isinstance(place.body, Sphere):
             return Between(place.body, lambda ball: self._fixed(replace(place, body=ball, varies=False)))
         return self._fixed(place)
@@ -172,9 +172,9 @@ class SheetFidelity:
         return self._curves[place]
 
     def _solve(self, place: Place, depth: float, state: Any, *, seen: bool = False) -> SheetPress:
-        """Solve from what the membrane remembers, else from the last press at the same place, else from flat.
+        """Solve from the membrane's memory, else from the last press at the same place, else from flat.
 
-        What is only `seen` need not be exact.
+        A shape that is only `seen` need not be exact.
         """
         load = self._load(place, depth)
         known = state if self.remembers else None
@@ -198,7 +198,7 @@ class SheetFidelity:
         return (self._touching,) if load.travel <= _TOUCH else ()
 
     def _balanced(self, load: Load, start: SheetPress | None, first: tuple[Settings, ...] = ()) -> SheetPress:
-        """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""
+        """Return a press; a touch that is too light to be distinguished from the rounding of energies gives way to a deeper one."""
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
         failure: NoEquilibrium | None = None
@@ -227,7 +227,7 @@ class SheetFidelity:
 
 @dataclass(frozen=True, slots=True)
 class _Last:
-    """The press last solved at a place: from what the membrane remembered, as it was asked for, and whether only to be seen."""
+    """The press last solved at a place: the membrane's memory before it, the load as asked for, and whether only to be seen."""
 
     known: Any
     asked: Load

@@ -1,6 +1,6 @@
 """A circular, pre-stretched membrane under a rigid sphere, by shooting: the reference that other solvers are held to.
 
-The equations are those of a rotationally symmetric hyperelastic membrane in finite strain (Adkins and Rivlin 1952;
+The equations describe a rotationally symmetric hyperelastic membrane in finite strain (Adkins and Rivlin 1952;
 Yang and Feng 1970) for an incompressible material, frictionless contact and no weight.
 """
 
@@ -90,7 +90,7 @@ class CircularMembrane:
     ) -> CircularMembrane:
         """Return the round membrane that stands in for a sheet pulled to a length, m: of its deformed area, and stretched evenly.
 
-        `width` and `gauge`, m, are those of the unstressed sheet, `length` that between its clamps. The sheet narrows as a
+        `width` and `gauge`, m, are of the unstressed sheet, `length` is measured between its clamps. The sheet narrows as a
         strip would, and the even stretch changes an area by as much.
         """
         narrow = width * (gauge / length) ** 0.5

@@ -31,12 +31,12 @@ SHEAR_MODULUS = 47.4e3  # Pa, the neo-Hookean value of EcoFlex 00-50 from its 10
 WIDTH, THICKNESS, GAUGE = 0.090, 0.002, 0.100
 MOST_STRETCH, MOST_DEPTH = 8.0, 2.0  # gauges; the softest silicones tear at some 10 times their length
 _ROUND = (
-    "the axisymmetric solver stands a round membrane in for the rectangular one: no error of the force is stated, as that "
-    "of the model is not known; the sheet solver states one"
+    "the axisymmetric solver stands a round membrane in for the rectangular one: no error of the force is stated, as the "
+    "model's is not known; the sheet solver states one"
 )
 _CALIBRATED = (
     "the hertz solver gives the law that was calibrated on another hand, not the force of this membrane: no error of the "
-    "force is stated, as that of the model is not known; the sheet solver states one"
+    "force is stated, as the model's is not known; the sheet solver states one"
 )
 
 
@@ -44,7 +44,7 @@ _CALIBRATED = (
 class ContactPatch:
     """Where the indenter touches: deformed area, m^2, and quadrature points in contact.
 
-    `radius`, m, is that of the disc with the area seen along z; None where the indenter is not a body of revolution.
+    `radius`, m, is the radius of the disc with the area seen along z; None where the indenter is not a body of revolution.
     """
 
     area: float
@@ -57,7 +57,7 @@ class PressResult:
     """A press: force and its estimated error, N, along z; `seconds` is CPU time of the solve.
 
     `force_error` is None where the solver is a model of the membrane whose own error is not known; a warning says so.
-    `detail` is what the solver itself returned: a SheetPress can start another press.
+    `detail` is the solver's own result: a SheetPress can start another press.
     """
 
     force: float
@@ -119,7 +119,7 @@ def press(
     settings: Settings | None = None,
     start: PressResult | SheetPress | None = None,
 ) -> PressResult:
-    """Return the force with which an indenter presses on the stretched membrane, and what it touches.
+    """Return the force with which an indenter presses on the stretched membrane, and the contact.
 
     The membrane is `width` x `gauge` x `thickness`, its ends clamped with their width held, its sides free; the depth
     counts from the flat stretched plane to the highest point of the indenter. No friction, weight or other effect acts
@@ -137,9 +137,9 @@ def press(
     mesh
         Length of the smallest elements of the sheet, m; by default it suits the indenter.
     shear_modulus, material
-        Of a neo-Hookean membrane, Pa, or any other material.
+        Shear modulus of a neo-Hookean membrane, Pa, or any other material.
     mount_prestretch
-        By how much the clamps are further apart at stretch 0 than the unstressed membrane is long, m.
+        Distance between the clamps at stretch 0 less the length of the unstressed membrane, m.
     at, tilt
         Where the indenter's axis is, (x, y), m, and its turns about x and then y, rad.
     effects
@@ -254,7 +254,7 @@ def _hertz(request: _Request) -> PressResult:
     began = time.process_time()
     radius, shape = body.diameter / 2, "sphere" if isinstance(body, Sphere) else "cylinder"
     modulus, _ = model.modulus(radius, request.stretch)
-    # the calibration is that of the membrane of the hand; a force is proportional to shear modulus x thickness
+    # the calibration is of the hand's membrane; a force is proportional to shear modulus x thickness
     scale = sheet.material.shear_modulus * sheet.thickness / (SHEAR_MODULUS * THICKNESS)
     force = scale * float(hertz_force(shape, request.depth, modulus, radius=radius))
     touching = math.sqrt(radius * request.depth) if shape == "sphere" else radius
@@ -271,7 +271,7 @@ def _hertz(request: _Request) -> PressResult:
 
 
 def _plain(solver: str, request: _Request) -> None:
-    """Raise InvalidInput for what only the sheet solver takes."""
+    """Raise InvalidInput for arguments that only the sheet solver takes."""
     extras = {
         "at": request.at != (0.0, 0.0),
         "tilt": request.tilt != (0.0, 0.0),

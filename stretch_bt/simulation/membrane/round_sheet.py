@@ -25,7 +25,7 @@ __all__ = ["RoundSheet"]
 class RoundSheet:
     """A membrane of undeformed `thickness`, m, clamped at `radius`, m, after an even stretch by `prestretch`.
 
-    The same membrane as CircularMembrane, solved as a surface. Its effects are those of the sheet but for bending and friction.
+    The same membrane as CircularMembrane, solved as a surface. It has the sheet's effects but for bending and friction.
     """
 
     radius: float

@@ -1,4 +1,4 @@
-"""The shape of a membrane pressed by something round: what it touches, and the free skirt around it.
+"""The shape of a membrane pressed by something round: its contact, and the free skirt around it.
 
 A free membrane under even tension has zero mean curvature; around an axis that is a catenoid, r = c cosh((z - z0) / c),
 whose slope at the contact edge matches a sphere of radius R when its neck c is a^2 / R.

@@ -1,1 +1,1 @@
-"""The objects of the twin: where their top stands, how they give way, and what the membrane meets of them."""
+"""The objects of the twin: where their top stands, how they give way, and the part of them that the membrane meets."""

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 __all__ = ["SECANT_DROP", "BalloonObject", "BalloonSpecimen"]
 
-#: the drop at which the stiffness of a balloon is told, m: that which palpation asks for
+#: the drop at which the stiffness of a balloon is given, m: the same as in palpation
 SECANT_DROP = 1.5e-3
 _SLACK = 1.0  # Pa, below which the skin is taken for slack
 _SETTLED = 1e6  # s
 #: modulus of the hand times radius over pressure, at least, and softness of a gas, at most, for which the table is meant
 _FIRMEST, _SOFTEST = 0.7, 0.2
-_WIDEST = 1.5  # of its radius, that a flattened top is taken for
+_WIDEST = 1.5  # largest radius of a flattened top over its own
 
 
 class BalloonObject(ObjectSpec):
@@ -45,16 +45,16 @@ class BalloonObject(ObjectSpec):
     )
 
     type: Literal["balloon"]
-    diameter: Annotated[Length, Within(0.020, 0.080, "Length")] = Field(description="where it leaves the cup")
+    diameter: Annotated[Length, Within(0.020, 0.080, "Length")] = Field(description="diameter where it leaves the cup")
     pressure: Annotated[Pressure, Within(0.0, 10e3, "Pressure")] = Field(
-        description="of the fill over the air around; the tension of the skin follows from it"
+        description="pressure of the fill over the air around; the skin's tension follows from it"
     )
     fill: AnyFill = Field(description="air, water, pudding or seeds")
     model: Literal["linear", "table", "axisymmetric"] = Field(
         default="table",
-        description="what gives the force of the skin: a spring, the table that the solver made, or the solver itself",
+        description="source of the skin's force: a spring, the table that the solver made, or the solver itself",
     )
-    elements: Annotated[int, Field(ge=8, le=192)] = Field(default=48, description="of the solver")
+    elements: Annotated[int, Field(ge=8, le=192)] = Field(default=48, description="number of elements of the solver")
 
     @model_validator(mode="after")
     def _within_the_table(self) -> BalloonObject:
@@ -103,7 +103,7 @@ class BalloonObject(ObjectSpec):
     def top_radius(self, drop: float) -> float:
         """Return the radius of the flattened top after a drop, m.
 
-        A skin has that of the table. Grains have that of two elastic bodies in contact, 1 / R - 1 / R' = drop / a^2 with the
+        A skin has the table's. Grains have the radius of two elastic bodies in contact, 1 / R - 1 / R' = drop / a^2 with the
         contact radius a^2 = R (drop + depth) and the depth to which the hand, as a foundation, is entered by the same force.
         """
         if drop <= 0:
@@ -146,7 +146,7 @@ class BalloonObject(ObjectSpec):
         return together(self.skin, inside) if self.fill.by_skin else inside
 
     def squeezed(self) -> Law:
-        """Return what a gas takes off the force of a fill that keeps its volume: F beta s / (1 + beta s)."""
+        """Return the loss by a gas of the force of a fill that keeps its volume: F beta s / (1 + beta s)."""
         if self.tabulated is None or not isinstance(self.fill, Air):
             return no_force
         beta, skin, radius = self.fill.softness(self.radius, self.pressure), self.skin, self.radius
@@ -182,12 +182,12 @@ class BalloonObject(ObjectSpec):
         return {"radius": self.radius, "stiffness": self.secant()}
 
     def specimen(self, effects: Active) -> Specimen:
-        """Return it as it is at the begin of a run, with the effects that are on."""
+        """Return the balloon as it is at the begin of a run, with the effects that are on."""
         return BalloonSpecimen(self, super().specimen(effects).response, flattens="flattening" in effects)
 
 
 class BalloonSpecimen(Specimen):
-    """A balloon in a run; `flattens` tells whether its top flattens as it drops, or keeps the radius of the balloon."""
+    """A balloon in a run; `flattens` says whether its top flattens as it drops, or keeps the radius of the balloon."""
 
     def __init__(self, spec: BalloonObject, response: Response | None, *, flattens: bool) -> None:
         super().__init__(spec, response)
@@ -195,7 +195,7 @@ class BalloonSpecimen(Specimen):
         self.flattens = flattens
 
     def standing(self, state: Any, drop: float) -> Standing:
-        """Return what the membrane meets after a drop of its top, m.
+        """Return the body that the membrane meets after a drop of its top, m.
 
         Raises
         ------

@@ -1,7 +1,7 @@
-"""What an object is: its options in a scene file, its undeformed shape, and what becomes of it in a run.
+"""An object: its options in a scene file, its undeformed shape, and its state in a run.
 
-A new object is one file in this folder with one subclass of ObjectSpec. Importing it must stay cheap: what needs numba or scipy
-is imported where it is used.
+A new object is one file in this folder with one subclass of ObjectSpec. Importing it must stay cheap: modules that need numba or scipy
+are imported where they are used.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ class HertzForm:
 
 @dataclass(frozen=True, slots=True)
 class Rough:
-    """What the advisor needs to know of an object: the radius of its top, m, its stiffness, N/m, and its weight, N.
+    """Rough numbers of an object for the advisor: the radius of its top, m, its stiffness, N/m, and its weight, N.
 
     `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table; `face`
-    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top. `holds` is by what it
+    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top. `holds` is the part that
     holds a membrane up: the `rim` of a flat top or of a wire, a round `crest`, a sharp `ridge`, a `dome`, or a `point` on flanks of
-    slope `steep`. `aspect` is the extent of its top towards the clamps over that across, of a hand that is not turned. `flattens`
+    slope `steep`. `aspect` is the extent of its top towards the clamps over the one across, of a hand that is not turned. `flattens`
     says that a press may leave its top flat for good.
     """
 
@@ -81,17 +81,17 @@ class Rough:
 
 
 def turned_aspect(length: float, width: float, heading: float) -> float:
-    """Return the extent along y over that along x of a rectangle, its length, m, along x before it is turned by a heading, rad."""
+    """Return the extent along y over the one along x of a rectangle, its length, m, along x before it is turned by a heading, rad."""
     c, s = abs(math.cos(heading)), abs(math.sin(heading))
     return (length * s + width * c) / (length * c + width * s)
 
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad.
+    """The object that the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad.
 
     There is no body where only a closed form can stand in for it. A `felt` body is a simpler one with nearly the same force,
-    which stands in for it where its force is felt and its shape is not seen; `varies` tells that the body changes with the drop,
+    which stands in for it where its force is felt and its shape is not seen; `varies` says that the body changes with the drop,
     `passing` that it changes from look to look, so that a shape within 0.05 mm, solved in a third of the time, serves.
     """
 
@@ -107,7 +107,7 @@ class Standing:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """What happened in a step: the drop of the top, m, the force on the object (3,), N, world axes, how far the hand moved
+    """The course of a step: the drop of the top, m, the force on the object (3,), N, world axes, how far the hand moved
     across, (x, y), m, and for how long, s; `depth` is how deep the object stands in the membrane, m. `raised` is how far it hangs
     above where it stood, m, while the membrane pulls at it, None while it does not.
     """
@@ -121,16 +121,14 @@ class Moved:
 
 
 class ObjectSpec(_Model):
-    """Options that every object has, and what it is."""
+    """Options and shape that every object has."""
 
     #: object effects that it can have
     effects: ClassVar[tuple[str, ...]] = ()
 
     type: str
-    position: Point = Field(default=Point(), description="where its axis stands on the table")
-    heading: Angle = Field(
-        default=0.0, description="how far it is turned about its axis, counter-clockwise seen from above"
-    )
+    position: Point = Field(default=Point(), description="place of its axis on the table")
+    heading: Angle = Field(default=0.0, description="turn about its axis, counter-clockwise seen from above")
     base: Annotated[Length, Within(0.0, 0.5, "Length")] = Field(
         default=0.0, description="height of its lowest point above the table"
     )
@@ -159,18 +157,18 @@ class ObjectSpec(_Model):
 
     @abstractmethod
     def rough(self) -> Rough:
-        """Return what the advisor needs to know of it."""
+        """Return its rough numbers for the advisor."""
 
     def compliance(self) -> Response | None:
         """Return how it gives way, None when it is rigid."""
         return None
 
     def known(self) -> dict[str, float]:
-        """Return what a perfect observer would say of it, SI, such as its `radius` and its `stiffness`."""
+        """Return its true quantities, SI, such as its `radius` and its `stiffness`."""
         return {}
 
     def located(self, folder: Path) -> ObjectSpec:
-        """Return it with the files it names found from a folder, that of its scene file, once its shape has been made.
+        """Return the object with the files it names found from a folder, its scene file's, once its shape has been made.
 
         Raises
         ------
@@ -181,7 +179,7 @@ class ObjectSpec(_Model):
         return self
 
     def specimen(self, effects: Active) -> Specimen:
-        """Return it as it is at the begin of a run, with the effects that are on."""
+        """Return the object as it is at the begin of a run, with the effects that are on."""
         response: Response | None = None
         for effect in effects.of(ObjectEffect):  # type: ignore[type-abstract]
             response = effect.respond(response, self)
@@ -197,7 +195,7 @@ class Specimen:
 
     @property
     def memory(self) -> float | None:
-        """None where its answer depends on where the hand is alone; else as that of its response."""
+        """None where its answer depends on where the hand is alone; else its response's memory."""
         return None if self.response is None else self.response.memory
 
     @property
@@ -206,7 +204,7 @@ class Specimen:
         return self.memory is None or math.isinf(self.memory)
 
     def start(self, seed: int = 0) -> Any:
-        """Return its state at the begin; `seed` is that of what happens to it by chance."""
+        """Return its state at the begin; `seed` is the seed of its chances."""
         return None if self.response is None else self.response.start()
 
     def law(self, state: Any, dt: float) -> Law | None:
@@ -238,7 +236,7 @@ class Specimen:
         return self.spec.hertz
 
     def standing(self, state: Any, drop: float) -> Standing:
-        """Return what the membrane meets after a drop of its top, m.
+        """Return the body that the membrane meets after a drop of its top, m.
 
         Raises
         ------
@@ -255,7 +253,7 @@ class Specimen:
         return state if self.response is None else self.response.after(state, moved.drop, moved.dt)
 
     def known(self, state: Any, drop: float) -> dict[str, float]:
-        """Return what a perfect observer would say of it now, at a drop of its top, m; SI. What does not give way has no stiffness."""
+        """Return its true quantities now, at a drop of its top, m; SI. An object that does not give way has no stiffness."""
         known = self.spec.known()
         if self.response is None:
             known.pop("stiffness", None)

@@ -22,8 +22,8 @@ class BoxObject(SolidSpec):
     """A block with a rectangular top, its length along x."""
 
     type: Literal["box"]
-    length: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="along x")
-    width: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="along y")
+    length: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="length along x")
+    width: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="width along y")
     height: Annotated[Length, Within(0.0001, 0.5, "Length")]
     edge: Annotated[Length, Within(0.00005, 0.05, "Length")] = Field(
         default=0.001, description="radius of its edges, at most half its shorter side"

@@ -22,8 +22,8 @@ class BridgeObject(SolidSpec):
     """An arch block: a block, its length along x, with a half-round opening of `span` through it along y."""
 
     type: Literal["bridge"]
-    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="along x")
-    width: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="along y, and of the opening")
+    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="length along x")
+    width: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="width along y, also of the opening")
     height: Annotated[Length, Within(0.005, 0.5, "Length")]
     span: Annotated[Length, Within(0.002, 0.3, "Length")] = Field(description="diameter of the opening at the table")
     edge: Annotated[Length, Within(0.0002, 0.005, "Length")] = Field(default=0.001, description="radius of its edges")

@@ -26,9 +26,9 @@ def plate_buckling_force(bending_stiffness: float, width: float, count: int = 1)
     bending_stiffness
         D = E t^3 / (12 (1 - nu^2)) of the plate, N m.
     width
-        Of one plate, b, m.
+        Width of one plate, b, m.
     count
-        How many there are.
+        Number of plates.
     """
     return count * 4 * math.pi**2 * bending_stiffness / width
 
@@ -40,7 +40,7 @@ class BucklingResponse(Response):
     The edges of a buckled plate go on carrying: 0.41 of the first stiffness where they may move inwards, 0.5 where they stay
     straight (von Karman, Sechler and Donnell 1932; Koiter 1943), so `post` is 0.4. A curved wall snaps instead: its force
     falls by the part `fall` of the critical one while the drop grows by `over`, m, and rises from there. Walls pressed
-    beyond that spring back along the same line, so it has no memory unless its force falls: then what it does hangs on the drop
+    beyond that spring back along the same line, so it has no memory unless its force falls: then its force depends on the drop
     it comes from.
 
     Raises

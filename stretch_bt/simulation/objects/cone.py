@@ -24,8 +24,8 @@ class ConeObject(SolidSpec):
     """An upright cone whose surface makes `angle` with the table."""
 
     type: Literal["cone"]
-    angle: Annotated[Angle, Within(0.05, 1.5, "Angle")] = Field(description="between its surface and the table")
-    height: Annotated[Length, Within(0.001, 0.5, "Length")] = Field(description="of its rounded tip above its foot")
+    angle: Annotated[Angle, Within(0.05, 1.5, "Angle")] = Field(description="angle between its surface and the table")
+    height: Annotated[Length, Within(0.001, 0.5, "Length")] = Field(description="height of rounded tip above the foot")
     tip: Annotated[Length, Within(0.0001, 0.010, "Length")] = Field(default=0.0005, description="radius of its tip")
 
     @model_validator(mode="after")
@@ -41,7 +41,7 @@ class ConeObject(SolidSpec):
 
     @property
     def reach(self) -> float:
-        """Radius of its foot, m; the rounding cuts off what would be above the tip."""
+        """Radius of its foot, m; the rounding cuts off the part that would be above the tip."""
         return (self.height + self.tip * (1 / math.cos(self.angle) - 1)) / math.tan(self.angle)
 
     def body(self) -> Cone:

@@ -36,18 +36,18 @@ class DoughObject(ObjectSpec):
     )
 
     type: Literal["dough"]
-    edge: Annotated[Length, Within(0.005, 0.060, "Length")] = Field(default=0.025, description="of the cube")
+    edge: Annotated[Length, Within(0.005, 0.060, "Length")] = Field(default=0.025, description="edge of the cube")
     yield_stress: Annotated[Pressure, Within(1.0, 1e9, "Pressure")] = Field(
-        default=5e3, description="in uniaxial compression"
+        default=5e3, description="yield stress in uniaxial compression"
     )
-    modulus: Annotated[Pressure, Within(1e2, 1e12, "Pressure")] = Field(default=1e5, description="of elasticity")
+    modulus: Annotated[Pressure, Within(1e2, 1e12, "Pressure")] = Field(default=1e5, description="elastic modulus")
     mass: Annotated[Mass, Within(0.0, 1.0, "Mass")] | None = Field(
-        default=None, description="that of 1.25 g/cm3 unless given"
+        default=None, description="mass; by default the density is 1.25 g/cm3"
     )
     smoothing: Annotated[Stiffness, Within(0.0, 1e3, "Stiffness")] = Field(
         default=20.0, description="tension of the membrane that smooths it where it is sharp"
     )
-    directions: int = Field(default=500, ge=100, le=8000, description="in which its radius is known")
+    directions: int = Field(default=500, ge=100, le=8000, description="directions in which its radius is known")
 
     @model_validator(mode="after")
     def _stands(self) -> DoughObject:
@@ -65,7 +65,7 @@ class DoughObject(ObjectSpec):
 
     @property
     def reach(self) -> float:
-        """From its middle to a corner, m, and a little more for a shape that it may get."""
+        """Distance from its middle to a corner, m, and a little more for a shape that it may get."""
         return 0.95 * self.edge
 
     @property
@@ -90,7 +90,7 @@ class DoughObject(ObjectSpec):
         return Cube(self.edge, _FILLET)
 
     def rough(self) -> Rough:
-        """Return the radius of its ball, what it weighs, and how stiff it is where it begins to flow."""
+        """Return the radius of its ball, its weight, and its stiffness where it begins to flow."""
         elastic, flowing = 4 / 3 * self.modulus * self.ball, 4 * math.pi * self.ball * self.yield_stress
         return Rough(self.ball, 1 / (1 / elastic + 1 / flowing), self.weight, _FILLET, flattens=True)
 
@@ -99,7 +99,7 @@ class DoughObject(ObjectSpec):
         return {"radius": self.ball}
 
     def specimen(self, effects: Active) -> DoughSpecimen:
-        """Return it as it is at the begin of a run."""
+        """Return the dough as it is at the begin of a run."""
         from stretch_bt.simulation.dough.specimen import DoughSpecimen
 
         return DoughSpecimen(self, effects)

@@ -31,7 +31,7 @@ class HalfCylinderObject(SolidSpec):
 
     type: Literal["half_cylinder"]
     diameter: Annotated[Length, Within(0.005, 0.3, "Length")]
-    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="along x")
+    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="length along x")
     edge: Annotated[Length, Within(0.0001, 0.010, "Length")] = Field(
         default=0.001, description="radius of the edges of its ends"
     )

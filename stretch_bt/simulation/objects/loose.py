@@ -1,4 +1,4 @@
-"""What light objects share that nothing holds in their place."""
+"""The common part of light objects that nothing holds in their place."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class LooseSpec(ObjectSpec, ABC):
         """Its weight, N."""
 
     def specimen(self, effects: Active) -> Specimen:
-        """Return it as it is at the begin of a run, able to slide where that is switched on."""
+        """Return the object as it is at the begin of a run, able to slide where that is switched on."""
         plain = super().specimen(effects)
         shift = effects.get("rigid_shift")
         return plain if shift is None else SlidingSpecimen(self, plain, shift)  # type: ignore[arg-type]
@@ -48,12 +48,12 @@ class SlidingSpecimen(Specimen):
 
     @property
     def memory(self) -> float:
-        """Infinite, as only the path counts, unless its own answer hangs on time."""
+        """Infinite, as only the path counts, unless its own answer depends on time."""
         own = self.plain.memory
         return float("inf") if own is None else own
 
     def start(self, seed: int = 0) -> Slid:
-        """Return it where the scene has it."""
+        """Return the state where the scene has the object."""
         place = self.spec.position
         return Slid((place.x, place.y), (0.0, 0.0), self.plain.start())
 
@@ -62,19 +62,19 @@ class SlidingSpecimen(Specimen):
         return self.plain.law(state.own, dt)
 
     def kinks(self, state: Slid) -> Any:
-        """Return those of the object itself."""
+        """Return the object's own."""
         return self.plain.kinks(state.own)
 
     def drop(self, state: Slid) -> float:
-        """Return that of the object itself, m."""
+        """Return the object's own, m."""
         return self.plain.drop(state.own)
 
     def rest(self, state: Slid, dt: float) -> float:
-        """Return that of the object itself, m."""
+        """Return the object's own, m."""
         return self.plain.rest(state.own, dt)
 
     def standing(self, state: Slid, drop: float) -> Standing:
-        """Return what the membrane meets after a drop of its top, m, where the object is now."""
+        """Return the body that the membrane meets after a drop of its top, m, where the object is now."""
         return replace(self.plain.standing(state.own, drop), x=state.place[0], y=state.place[1])
 
     def after(self, state: Slid, moved: Moved) -> Slid:
@@ -84,5 +84,5 @@ class SlidingSpecimen(Specimen):
         return Slid(place, strain, self.plain.after(state.own, moved))
 
     def known(self, state: Slid, drop: float) -> dict[str, float]:
-        """Return what a perfect observer would say of it now, SI."""
+        """Return its true quantities now, SI."""
         return self.plain.known(state.own, drop)

@@ -30,7 +30,7 @@ class MeshObject(SolidSpec):
     )
 
     def located(self, folder: Path) -> MeshObject:
-        """Return it with its file found from a folder, and read.
+        """Return the object with its file found from a folder, and read.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What objects folded from paper share: walls that buckle, a roof that sags, and next to no weight."""
+"""The common part of objects folded from paper: walls that buckle, a roof that sags, and next to no weight."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["PaperSpec", "Walls"]
 
 _POISSON = 0.3
 _DENSITY, _GRAVITY = 800.0, 9.81
-_USUAL_PRESS = 1.5  # N, about what a press of 10 mm at stretch 0 takes on a top of 40 mm
+_USUAL_PRESS = 1.5  # N, about the force of a press of 10 mm at stretch 0 on a top of 40 mm
 
 
 class Walls(NamedTuple):
@@ -35,12 +35,12 @@ class PaperSpec(LooseSpec, ABC):
 
     effects: ClassVar[tuple[str, ...]] = ("compliance", "roof_sag", "rigid_shift")
 
-    thickness: Annotated[Length, Within(2e-5, 1e-3, "Length")] = Field(default=1e-4, description="of the sheet")
+    thickness: Annotated[Length, Within(2e-5, 1e-3, "Length")] = Field(default=1e-4, description="sheet's thickness")
     modulus: Annotated[Pressure, Within(1e7, 2e10, "Pressure")] = Field(
         default=3e9, description="Young's modulus of the sheet; 2 to 5 GPa along the fibres of copy paper"
     )
     bow: Annotated[Length, Within(0.0, 0.01, "Length")] = Field(
-        default=0.001, description="how far the middle of a wall stands out before any load"
+        default=0.001, description="distance that the middle of a wall stands out before any load"
     )
     edge: Annotated[Length, Within(0.0002, 0.005, "Length")] = Field(default=0.001, description="radius of its folds")
 
@@ -93,7 +93,7 @@ class PaperSpec(LooseSpec, ABC):
         raise InvalidInput(f"a {self.type} has no roof")
 
     def rough(self) -> Rough:
-        """Return half its width, its stiffness under a usual press, and what it weighs."""
+        """Return half its width, its stiffness under a usual press, and its weight."""
         stiffness = _USUAL_PRESS / self.compliance().given(_USUAL_PRESS)
         round_top = self.walls.width / 2 if self.face else self.edge
         return Rough(round_top, stiffness, weight=self.own_weight, edge=self.edge, loose=True, face=self.face)

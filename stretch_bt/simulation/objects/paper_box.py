@@ -26,8 +26,8 @@ class PaperBox(PaperSpec):
     """A box folded from paper, its length along x: four walls and a flat roof, open below."""
 
     type: Literal["paper_box"]
-    length: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="along x")
-    width: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="along y")
+    length: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="length along x")
+    width: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="width along y")
     height: Annotated[Length, Within(0.005, 0.2, "Length")]
 
     @property
@@ -52,7 +52,7 @@ class PaperBox(PaperSpec):
 
     @property
     def area(self) -> float:
-        """Of roof and walls, m^2."""
+        """Area of roof and walls, m^2."""
         return self.length * self.width + 2 * (self.length + self.width) * self.height
 
     def roof(self, share: float) -> RoofResponse:
@@ -70,7 +70,7 @@ class PaperBox(PaperSpec):
         return Box(self.length, self.width, edge=self.edge)
 
     def rough(self) -> Rough:
-        """Return what is rough about paper, with its flat roof."""
+        """Return the rough numbers of paper, with its flat roof."""
         return replace(super().rough(), holds="rim", aspect=turned_aspect(self.length, self.width, self.heading))
 
     def known(self) -> dict[str, float]:

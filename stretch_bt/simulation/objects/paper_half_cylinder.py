@@ -29,7 +29,7 @@ class PaperHalfCylinder(PaperSpec):
 
     type: Literal["paper_half_cylinder"]
     diameter: Annotated[Length, Within(0.01, 0.2, "Length")]
-    length: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="along x")
+    length: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="length along x")
 
     @property
     def top(self) -> float:
@@ -53,11 +53,11 @@ class PaperHalfCylinder(PaperSpec):
 
     @property
     def area(self) -> float:
-        """Of vault and end walls, m^2."""
+        """Area of vault and end walls, m^2."""
         return math.pi * self.diameter / 2 * self.length + math.pi * self.diameter**2 / 4
 
     def roof(self, share: float) -> RoofResponse:
-        """Return the sag of its crest between the end walls: that of a pinched cylinder, which goes as (R / t)^1.5."""
+        """Return the sag of its crest between the end walls: a pinched cylinder's, which goes as (R / t)^1.5."""
         slender = (self.diameter / 2 / self.thickness / _SLENDER) ** 1.5
         return RoofResponse(self.modulus * self.thickness / (_PINCHED * slender) / share)
 
@@ -68,7 +68,7 @@ class PaperHalfCylinder(PaperSpec):
         return HalfCylinder(self.diameter, self.length, self.edge)
 
     def rough(self) -> Rough:
-        """Return what is rough about paper, with its round crest."""
+        """Return the rough numbers of paper, with its round crest."""
         return replace(super().rough(), holds="crest")
 
     def known(self) -> dict[str, float]:

@@ -26,7 +26,7 @@ class PaperPyramid(PaperSpec):
 
     type: Literal["paper_pyramid"]
     width: Annotated[Length, Within(0.01, 0.2, "Length")] = Field(description="side of its square")
-    height: Annotated[Length, Within(0.005, 0.2, "Length")] = Field(description="of its point, folds sharp")
+    height: Annotated[Length, Within(0.005, 0.2, "Length")] = Field(description="height of its point, folds sharp")
 
     @property
     def _slant(self) -> float:
@@ -54,7 +54,7 @@ class PaperPyramid(PaperSpec):
 
     @property
     def area(self) -> float:
-        """Of its faces, m^2."""
+        """Area of its faces, m^2."""
         return 2 * self.width * self._slant
 
     def body(self) -> Polyhedron:
@@ -64,7 +64,7 @@ class PaperPyramid(PaperSpec):
         return pyramid(self.width, self.height, self.edge)
 
     def rough(self) -> Rough:
-        """Return what is rough about paper, with the slope of its faces."""
+        """Return the rough numbers of paper, with the slope of its faces."""
         return replace(super().rough(), holds="point", steep=2 * self.height / self.width)
 
     def known(self) -> dict[str, float]:

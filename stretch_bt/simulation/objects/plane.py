@@ -15,7 +15,7 @@ __all__ = ["PlaneObject"]
 class PlaneObject(SolidSpec):
     """A block with a flat, level top that is wider than the membrane; at `hertz` fidelity only.
 
-    Its force is that of a flat-ended cylinder of 80 mm, about as wide as the membrane.
+    Its force equals the force of a flat-ended cylinder of 80 mm, about as wide as the membrane.
     """
 
     type: Literal["plane"]

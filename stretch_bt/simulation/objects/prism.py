@@ -21,14 +21,14 @@ class PrismObject(SolidSpec):
     """A triangular prism that lies on a face, its ridge along x."""
 
     type: Literal["prism"]
-    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="of its ridge, along x")
-    width: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="of the face it lies on, along y")
-    height: Annotated[Length, Within(0.003, 0.3, "Length")] = Field(description="of its ridge, edges sharp")
+    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="length of its ridge, along x")
+    width: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="width of the face it lies on, along y")
+    height: Annotated[Length, Within(0.003, 0.3, "Length")] = Field(description="height of its ridge, edges sharp")
     edge: Annotated[Length, Within(0.0002, 0.010, "Length")] = Field(default=0.001, description="radius of its edges")
 
     @property
     def _lost(self) -> float:
-        """By how much the rounded ridge is lower than the sharp one, m."""
+        """Height of the sharp ridge over the rounded one, m."""
         return self.edge * (math.hypot(1.0, 2 * self.height / self.width) - 1)
 
     @property

@@ -18,7 +18,7 @@ __all__ = ["PyramidObject", "blunt"]
 
 
 def blunt(width: float, height: float, edge: float) -> float:
-    """Return by how much the rounded point of a pyramid is lower than the sharp one, m: `edge` over its faces' cosine, less it."""
+    """Return the height of a pyramid's sharp point over the rounded one, m: `edge` over its faces' cosine, less it."""
     return edge * (math.hypot(1.0, 2 * height / width) - 1)
 
 
@@ -27,7 +27,7 @@ class PyramidObject(SolidSpec):
 
     type: Literal["pyramid"]
     width: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="side of its square")
-    height: Annotated[Length, Within(0.003, 0.3, "Length")] = Field(description="of its point, edges sharp")
+    height: Annotated[Length, Within(0.003, 0.3, "Length")] = Field(description="height of its point, edges sharp")
     edge: Annotated[Length, Within(0.0002, 0.010, "Length")] = Field(default=0.001, description="radius of its edges")
 
     @property

@@ -15,7 +15,7 @@ __all__ = ["kinds"]
 
 @lru_cache(maxsize=1)
 def kinds() -> dict[str, type[ObjectSpec]]:
-    """Return every kind of object by what a scene file calls it."""
+    """Return every kind of object by its name in a scene file."""
     found: dict[str, type[ObjectSpec]] = {}
     for module in iter_modules(objects.__path__):
         if module.name == "registry":

@@ -1,4 +1,4 @@
-"""What spheres share: shape and size."""
+"""The common part of spheres: shape and size."""
 
 from __future__ import annotations
 

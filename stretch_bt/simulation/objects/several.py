@@ -35,7 +35,7 @@ _One = Annotated[Any, BeforeValidator(_kind), WithJsonSchema({"type": "object", 
 
 
 class SeveralObjects(ObjectSpec):
-    """Rigid objects that stand side by side; their positions count from that of the whole, which turns them about it."""
+    """Rigid objects that stand side by side; their positions count from the position of the whole, which turns them about it."""
 
     type: Literal["several"]
     objects: Annotated[list[_One], Field(min_length=2, max_length=20)]
@@ -52,7 +52,7 @@ class SeveralObjects(ObjectSpec):
         return self
 
     def located(self, folder: Path) -> SeveralObjects:
-        """Return it with the files of its objects found from a folder."""
+        """Return the objects with their files found from a folder."""
         return self.model_copy(update={"objects": [thing.located(folder) for thing in self.objects]})
 
     @property
@@ -73,7 +73,7 @@ class SeveralObjects(ObjectSpec):
         parts: list[Part] = []
         highest = max(float(thing.top) for thing in self.objects)
         for thing in self.objects:
-            # the y of bodies is that of the membrane frame, which is reversed against the world's
+            # bodies have the y of the membrane frame, which is reversed against the world's
             body, below = turn(thing.body(), -thing.heading), highest - thing.top
             at = (thing.position.x, -thing.position.y)
             inner = body.parts if isinstance(body, Several) else (Part(body, (0.0, 0.0)),)
@@ -81,7 +81,7 @@ class SeveralObjects(ObjectSpec):
         return Several(tuple(parts))
 
     def rough(self) -> Rough:
-        """Return what is rough about the highest of them, with the smallest edge of all."""
+        """Return the rough numbers of the highest of them, with the smallest edge of all."""
         highest: Rough = max(self.objects, key=lambda thing: thing.top).rough()
         edge = min(thing.rough().edge for thing in self.objects)
         return replace(highest, stiffness=math.inf, weight=math.inf, edge=edge, loose=False)

@@ -23,9 +23,9 @@ class SnowmanObject(SolidSpec):
 
     type: Literal["snowman"]
     diameters: Annotated[list[_Diameter], Field(min_length=1, max_length=10)] = Field(
-        description="of the domes, in their order"
+        description="diameters of the domes, in their order"
     )
-    overlap: Annotated[Length, Within(0.0, 0.002, "Length")] = Field(default=0.0, description="of two neighbours")
+    overlap: Annotated[Length, Within(0.0, 0.002, "Length")] = Field(default=0.0, description="neighbours' overlap")
 
     @property
     def _radii(self) -> list[float]:

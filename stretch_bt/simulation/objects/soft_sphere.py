@@ -30,9 +30,9 @@ class SoftSphereObject(RoundSpec):
         default=1.5, description="exponent of its force law, F ~ deflection^power"
     )
     sudden: Annotated[float, Within(0.0, 10.0)] = Field(
-        default=0.0, description="force of a sudden push beyond the relaxed one, over the relaxed one"
+        default=0.0, description="additional force of a sudden push, over the relaxed force"
     )
-    time: Annotated[Time, Within(1e-3, 1e4, "Time")] = Field(default=2.0, description="in which that relaxes")
+    time: Annotated[Time, Within(1e-3, 1e4, "Time")] = Field(default=2.0, description="time constant of that force")
 
     @property
     def law(self) -> Law:
@@ -62,7 +62,7 @@ class SoftSphereObject(RoundSpec):
         return {"radius": self.diameter / 2, "stiffness": self.stiffness}
 
     def specimen(self, effects: Active) -> Specimen:
-        """Return it as it is at the begin of a run, with the effects that are on."""
+        """Return the sphere as it is at the begin of a run, with the effects that are on."""
         return _SoftSpecimen(self, super().specimen(effects).response)
 
 

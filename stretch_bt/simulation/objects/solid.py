@@ -1,4 +1,4 @@
-"""What simple solids share: either rigid, or a spring of one stiffness that gives way as a whole."""
+"""The common part of simple solids: either rigid, or a spring of one stiffness that gives way as a whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What wires bent to a closed shape share: they lie flat on the table, loose, and do not give way."""
+"""The common part of wires bent to a closed shape: they lie flat on the table, loose, and do not give way."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class WireSpec(LooseSpec, ABC):
         default=0.002, description="diameter of the wire"
     )
     weight: Annotated[Force, Within(0.0, 100.0, "Force")] | None = Field(
-        default=None, description="that of steel unless given"
+        default=None, description="weight; by default of steel"
     )
 
     @property
@@ -47,6 +47,6 @@ class WireSpec(LooseSpec, ABC):
         return self.base + self.thickness
 
     def rough(self) -> Rough:
-        """Return the radius of the wire, what it spans and what it weighs."""
+        """Return the radius of the wire, its span and its weight."""
         half = self.thickness / 2
         return Rough(half, weight=self.own_weight, edge=half, loose=True, face=self.reach, holds="rim")

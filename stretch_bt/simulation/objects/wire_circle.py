@@ -21,7 +21,7 @@ class WireCircle(WireSpec):
     """A wire bent to a circle that lies flat."""
 
     type: Literal["wire_circle"]
-    diameter: Annotated[Length, Within(0.002, 0.3, "Length")] = Field(description="of the circle, outside")
+    diameter: Annotated[Length, Within(0.002, 0.3, "Length")] = Field(description="outer diameter of the circle")
 
     @model_validator(mode="after")
     def _hole(self) -> WireCircle:

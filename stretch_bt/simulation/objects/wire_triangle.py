@@ -22,7 +22,7 @@ class WireTriangle(WireSpec):
 
     type: Literal["wire_triangle"]
     side: Annotated[Length, Within(0.003, 0.3, "Length")] = Field(
-        description="along the middle of the wire, as if its corners were sharp"
+        description="side along the middle of the wire, as if its corners were sharp"
     )
     bend: Annotated[Length, Within(0.0, 0.1, "Length")] = Field(
         default=0.003, description="radius of its corners, along the middle of the wire"

@@ -16,7 +16,7 @@ from stretch_bt.simulation.picture.stage import Moment
 
 __all__ = ["draw_above", "height_map"]
 
-_FAR = 10.0  # m; from there what is nearer looks no larger
+_FAR = 10.0  # m; from there nearer things look no larger
 _PITCH = 0.4e-3  # m, of a pixel
 _MARGIN = 0.004
 _TOUCHING = 0.02e-3  # m between membrane and body

@@ -23,7 +23,7 @@ class Polygon:
     fill: str
 
     def moved(self, x: float, y: float) -> Polygon:
-        """Return it elsewhere."""
+        """Return the shape moved by (x, y)."""
         return replace(self, points=self.points + np.array([x, y]))
 
 
@@ -37,7 +37,7 @@ class Line:
     dashed: bool = False
 
     def moved(self, x: float, y: float) -> Line:
-        """Return it elsewhere."""
+        """Return the shape moved by (x, y)."""
         return replace(self, points=self.points + np.array([x, y]))
 
 
@@ -53,7 +53,7 @@ class Text:
     color: str = "#333333"
 
     def moved(self, x: float, y: float) -> Text:
-        """Return it elsewhere."""
+        """Return the shape moved by (x, y)."""
         return replace(self, x=self.x + x, y=self.y + y)
 
 
@@ -68,7 +68,7 @@ class Picture:
     image: Image
 
     def moved(self, x: float, y: float) -> Picture:
-        """Return it elsewhere."""
+        """Return the shape moved by (x, y)."""
         return replace(self, x=self.x + x, y=self.y + y)
 
 

@@ -11,7 +11,7 @@ from stretch_bt.simulation.picture.stage import Moment
 
 __all__ = ["draw_frame"]
 
-_BEHIND = 0.004  # m behind the flat membrane, up to which shades tell depths apart
+_BEHIND = 0.004  # m behind the flat membrane, up to which shades distinguish depths
 
 
 def draw_frame(moment: Moment) -> Drawing:

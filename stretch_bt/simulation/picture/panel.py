@@ -1,4 +1,4 @@
-"""What the panels of a picture share: size, heading, scale, bars."""
+"""The common part of the panels of a picture: size, heading, scale, bars."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def scale_bar(panel: Drawing, scale: float) -> None:
 
 
 def color_bar(panel: Drawing, low: float, high: float, what: str) -> None:
-    """Add what the shades mean, m, below to the right."""
+    """Add a scale of the shades, m, below to the right."""
     x, y, width = WIDTH - 190, HEIGHT - 22, 80.0
     image = np.repeat(shades(np.linspace(0, 1, 64), 0, 1)[None], 2, axis=0)
     panel.add(Picture(x, y, width, 9, image))

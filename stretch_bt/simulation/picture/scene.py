@@ -35,7 +35,7 @@ def draw_scene(moment: Moment) -> Drawing:
 
 
 def save_scene(scene: Scene, path: Path, stage: Stage | None = None) -> Moment:
-    """Draw a scene into a file whose ending, .svg or .png, chooses the format, and return what was drawn.
+    """Draw a scene into a file whose ending, .svg or .png, chooses the format, and return the moment drawn.
 
     Raises
     ------

@@ -25,8 +25,8 @@ _SPEED = 0.005  # m/s, where a scene says that the hand stands still
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What a picture takes from the cell: the membrane, how far the camera is from it, m, what of the image it sends, frames a
-    second, the camera's name, which its noise goes by, and the seed where the scene has none.
+    """A picture's part of the cell: the membrane, how far the camera is from it, m, the part of the image that it sends, frames
+    a second, the camera's name, which its noise goes by, and the seed where the scene has none.
     """
 
     membrane: Membrane = field(default_factory=Membrane)
@@ -41,7 +41,7 @@ class Stage:
 class Moment:
     """How hand and object stand: the free membrane's shape at `touch`, and the pressed one's at `pose`; the frame is of the latter.
 
-    `refusal` says why nothing is pressed; then `pose` and the rest are those of the touch, and where not even the free membrane has
+    `refusal` says why nothing is pressed; then `pose` and the rest belong to the touch, and where not even the free membrane has
     an equilibrium there is no frame.
     """
 
@@ -84,7 +84,7 @@ def act(scene: Scene, stage: Stage) -> Moment:
 
 
 def _press(world: World, touch: Pose, pressed: Pose, stretch: float) -> float:
-    """Take what has a memory along the way down, and return when the hand arrives, s."""
+    """Take the memory of object and membrane along the way down, and return when the hand arrives, s."""
     above = touch.moved(z=_CLEAR)
     way = above.height - pressed.height
     duration = way / (world.scene.conditions.speed or _SPEED)

@@ -1,4 +1,4 @@
-"""Scene files: what the twin simulates."""
+"""Scene files, which say what the twin simulates."""
 
 from stretch_bt.simulation.scene.file import (
     Scene,

@@ -1,4 +1,4 @@
-"""Tolerances that a run asks for, in the place of those of its scene."""
+"""Tolerances that a run asks for, in the place of its scene's."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stretch_bt.units import DIMENSIONLESS, KINDS, is_number, parse_quantity, pl
 
 __all__ = ["LENGTHS", "asked_pairs", "read_asked"]
 
-#: results whose tolerance is a length; that of the others is a part of the result
+#: results whose tolerance is a length; other tolerances are a part of the result
 LENGTHS = ("height", "size")
 _OPTION = "--tolerance"
 

@@ -23,7 +23,7 @@ __all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene
 
 _WORDS = ("auto", "none", "all")
 
-#: what a scene says of an effect: `auto`, `on`, `off`, or its parameters, which switch it on
+#: a scene's choice for an effect: `auto`, `on`, `off`, or its parameters, which switch it on
 Choice = Any
 
 
@@ -35,28 +35,28 @@ class Scene(BaseModel):
     format: Literal["stretch-scene/1"]
     doc: str = ""
     object: ObjectSpec
-    support: Table | Cup = Field(default=Table(), discriminator="type", description="what the object stands on or in")
+    support: Table | Cup = Field(default=Table(), discriminator="type", description="object's support: table or cup")
     hand: Hand = Hand()
-    tolerance: Tolerance = Field(default=USUAL, description="what `effects: auto` goes by")
+    tolerance: Tolerance = Field(default=USUAL, description="tolerances that decide `effects: auto`")
     conditions: Conditions = Conditions()
     dimensions: dict[str, Dimension] = Field(
         default={},
-        description="what a press from above can feel of the object, by name, such as `length: 40 mm`; `height` counts from the table",
+        description="dimensions that a press from above can feel, by name, such as `length: 40 mm`; `height` counts from the table",
     )
     params: dict[str, str | int | float | bool] = Field(
         default={},
-        description="params that a run in this scene begins with, such as `max_force: 0.8 N` for what the object bears; those "
+        description="params that a run in this scene begins with, such as `max_force: 0.8 N` for a weak object; params "
         "that the run sets come first, and a tree that has none of that name says so and goes without",
     )
     effects: Any = Field(
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
     )
-    camera: str = Field(default="bench", description="what the depth camera adds, before `effects` changes it")
+    camera: str = Field(default="bench", description="errors that the depth camera adds, before `effects` changes them")
     fidelity: Literal["hertz", "axisymmetric", "sheet", "auto"] = Field(
         default="sheet",
-        description="what stands in for the membrane; `auto` is the sheet, as finely solved as the tolerance needs",
+        description="model of the membrane; `auto` is the sheet, as finely solved as the tolerance needs",
     )
-    seed: int | None = Field(default=None, ge=0, description="seed of the noise; that of the run unless given")
+    seed: int | None = Field(default=None, ge=0, description="seed of the noise; the run's seed unless given")
     _name: str = PrivateAttr("")
     _placed_params: Mapping[Scalar, Scalar] = PrivateAttr(default_factory=dict)
     _asked: Tolerance | None = PrivateAttr(None)
@@ -88,22 +88,22 @@ class Scene(BaseModel):
         return {name: value for name, value in own.items() if name not in self.asked}
 
     def tolerating(self, asked: Tolerance) -> Scene:
-        """Return the same scene for a run that asks for a tolerance: it replaces what the scene says of the results that it names.
+        """Return the same scene for a run that asks for a tolerance: it replaces the scene's tolerances of the results that it names.
 
-        What the scene does not say itself, but would be taken for by default, no longer counts.
+        A tolerance that the scene has only by default no longer counts.
         """
         made = self.with_()
         made._asked = asked
         return made
 
     def choice(self, effect: str) -> Choice:
-        """Return what the scene says of an effect: `auto`, `on`, `off`, or its parameters."""
+        """Return the scene's choice for an effect: `auto`, `on`, `off`, or its parameters."""
         if isinstance(self.effects, str):
             return {"auto": "auto", "none": "off", "all": "on"}[self.effects]
         return getattr(self.effects, effect)
 
     def parameters(self, effect: type[Effect]) -> Any:
-        """Return the parameters of an effect: those of the scene, else of the camera preset, else the usual ones."""
+        """Return the parameters of an effect: the scene's, else the camera preset's, else the usual ones."""
         choice = self.choice(effect.name)
         if isinstance(choice, effect.Parameters):
             return choice
@@ -154,7 +154,7 @@ def _choice(effect: type[Effect]) -> Any:
 
 
 def _word_or(words: Any, mapping: type[BaseModel]) -> Any:
-    """Return the type of what is one of some words or a mapping; a mistake in one is told without the other."""
+    """Return the type of a value that is one of some words or a mapping; a mistake in one is reported without the other."""
     return Annotated[
         Annotated[words, Tag("word")] | Annotated[mapping, Tag("mapping")],
         Discriminator(lambda given: "word" if isinstance(given, str) else "mapping"),
@@ -182,7 +182,7 @@ def load_scene(scene: str | Path) -> Scene:
 
 
 def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
-    """Return the `params` of a scene file at their places, and none of one that cannot be read: `load_scene` tells what is wrong with it."""
+    """Return the `params` of a scene file at their places, and none of one that cannot be read: `load_scene` reports its mistakes."""
     try:
         path = resolve(scene, _shipped(), "scene")
         source = load(path, str(path))
@@ -280,7 +280,7 @@ def _check_words(source: Map) -> None:
 
 
 def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
-    """Yield an error for what the object, the fidelity and the support of a scene cannot have together."""
+    """Yield an error for each thing that the object, the fidelity and the support of a scene cannot have together."""
     given = source.get("effects")
     for key, _ in given if isinstance(given, Map) else ():
         effect = registry()[key.text]

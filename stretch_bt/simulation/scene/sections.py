@@ -1,4 +1,4 @@
-"""The parts of a scene file that do not depend on what objects and effects there are."""
+"""The parts of a scene file that do not depend on the objects and effects there are."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CameraPose", "Conditioned", "Conditions", "Cup", "Dimension", "Hand", "Table", "Tolerance"]
 
-#: those for which E* of a 20 mm hemisphere, fitted over depths of 1 to 15 mm in steps of 1 mm, is 4 kPa at stretch 0 and 9 kPa at
+#: the values for which E* of a 20 mm hemisphere, fitted over depths of 1 to 15 mm in steps of 1 mm, is 4 kPa at stretch 0 and 9 kPa at
 #: 60 mm, with the weight and the bending of the membrane: a fit to two figures of the paper (arXiv 2105.08154), not a measurement
 SHEAR_MODULUS, MOUNT_PRESTRETCH = 68.4e3, 11.9e-3
 
@@ -63,45 +63,47 @@ class CameraPose(_Model):
 
     x: _Offset = 0.0
     y: _Offset = 0.0
-    z: _Offset = Field(default=0.0, description="further from the membrane")
-    tilt_x: _Tilt = Field(default=0.0, description="turned about the membrane's x axis")
-    tilt_y: _Tilt = Field(default=0.0, description="turned about its y axis")
+    z: _Offset = Field(default=0.0, description="offset away from the membrane")
+    tilt_x: _Tilt = Field(default=0.0, description="tilt about the membrane's x axis")
+    tilt_y: _Tilt = Field(default=0.0, description="tilt about its y axis")
 
 
 class Conditioned(_Model):
     """A press of a ball in the middle of the membrane, deep enough that the membrane is at its softest afterwards."""
 
     diameter: Annotated[Length, Within(0.002, 0.2, "Length")] = Field(
-        default=0.060, description="of the ball that pressed the membrane before; without `conditioned` it is fresh"
+        default=0.060, description="diameter of the ball that pressed the membrane; without `conditioned` it is fresh"
     )
-    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.080, description="of the membrane")
-    depth: Annotated[Length, Within(0.0005, 0.05, "Length")] = Field(default=0.015, description="past first contact")
+    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.080, description="stretch of the membrane")
+    depth: Annotated[Length, Within(0.0005, 0.05, "Length")] = Field(
+        default=0.015, description="depth past first contact"
+    )
 
 
 class Hand(_Model):
-    """The hand as it really is; its size is that of the cell file."""
+    """The hand as it really is; its size comes from the cell file."""
 
     shear_modulus: Annotated[Pressure, Within(1e3, 1e7, "Pressure")] = Field(
-        default=SHEAR_MODULUS, description="of the membrane"
+        default=SHEAR_MODULUS, description="shear modulus of the membrane"
     )
     second_invariant: Annotated[float, Within(0.0, 1.0)] = Field(
         default=0.0, description="share of the second invariant in Mooney and Rivlin's energy; neo-Hookean without"
     )
     mount_prestretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(
-        default=MOUNT_PRESTRETCH, description="by how much the mounts stretch the membrane at stretch 0"
+        default=MOUNT_PRESTRETCH, description="prestretch of the membrane by its mounts, at stretch 0"
     )
     conditioned: Conditioned | None = Field(
         default=None,
-        description="pressed so before the task, which a membrane with `mullins` remembers; without it the membrane is fresh",
+        description="press before the task, which a membrane with `mullins` remembers; without it the membrane is fresh",
     )
     frame: Annotated[Length, Within(0.001, 0.1, "Length")] | None = Field(
         default=None,
-        description="how far behind the flat membrane the hand's rigid frame stops what stands in it; without it nothing does",
+        description="distance behind the flat membrane at which the hand's rigid frame stops an object; without it nothing does",
     )
     camera: CameraPose = CameraPose()
 
     def material(self) -> Material:
-        """Return what the membrane is made of."""
+        """Return the material of the membrane."""
         from stretch_bt.simulation.membrane.materials import rubber
 
         return rubber(self.shear_modulus, self.second_invariant)
@@ -117,17 +119,17 @@ class Cup(_Model):
     """A cup on the table that holds a soft object; its rim is where the exposed part begins."""
 
     type: Literal["cup"]
-    diameter: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="inside, at the rim")
+    diameter: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="inner diameter at the rim")
     rim: Annotated[Length, Within(0.001, 0.5, "Length")] = Field(description="height of the rim above the table")
 
 
 class Tolerance(_Model):
-    """How far a result may be off for the scene still to serve; what is not named does not matter."""
+    """Largest errors of results with which the scene still serves; a result that is not named does not matter."""
 
-    height: _Millimetres | None = Field(default=None, description="of the object's top, and of points on its surface")
-    size: _Millimetres | None = Field(default=None, description="of widths, diameters and radii")
-    force: _Part | None = Field(default=None, description="over the force")
-    stiffness: _Part | None = Field(default=None, description="over the stiffness")
+    height: _Millimetres | None = Field(default=None, description="height error of the top, and of surface points")
+    size: _Millimetres | None = Field(default=None, description="error of widths, diameters and radii")
+    force: _Part | None = Field(default=None, description="error over the force")
+    stiffness: _Part | None = Field(default=None, description="error over the stiffness")
     roundness: _Part | None = Field(default=None, description="standard deviation of the radius over its mean")
 
     @model_validator(mode="after")
@@ -137,7 +139,7 @@ class Tolerance(_Model):
         return self
 
     def named(self) -> dict[str, float]:
-        """Return what is named, SI."""
+        """Return the tolerances that are named, SI."""
         return {name: value for name, value in self.model_dump().items() if value is not None}
 
 
@@ -145,16 +147,16 @@ _Frequent = Annotated[int, Field(ge=1, le=1000)]
 
 
 class Conditions(_Model):
-    """What the hand will do in the scene, as far as the advisor needs to know."""
+    """The use of the hand in the scene, as far as the advisor needs to know it."""
 
-    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.0, description="the lowest in use")
-    depth: Annotated[Length, Within(0.0001, 0.1, "Length")] = Field(default=0.010, description="the deepest press")
-    hold: Annotated[Time, Within(0.0, 1e5, "Time")] = Field(default=0.5, description="how long a press is held")
-    speed: Annotated[Speed, Within(0.0, 1.0, "Speed")] = Field(default=0.005, description="of the hand when it is read")
-    frames: _Frequent = Field(default=8, description="averaged at each press")
-    travel: Annotated[Length, Within(0.0, 100.0, "Length")] = Field(default=0.0, description="across, in contact")
-    presses: _Frequent = Field(default=1, description="of the same place, each deeper than the one before")
+    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.0, description="lowest stretch in use")
+    depth: Annotated[Length, Within(0.0001, 0.1, "Length")] = Field(default=0.010, description="deepest press")
+    hold: Annotated[Time, Within(0.0, 1e5, "Time")] = Field(default=0.5, description="time that a press is held")
+    speed: Annotated[Speed, Within(0.0, 1.0, "Speed")] = Field(default=0.005, description="speed of the hand when read")
+    frames: _Frequent = Field(default=8, description="frames averaged at each press")
+    travel: Annotated[Length, Within(0.0, 100.0, "Length")] = Field(default=0.0, description="way across, in contact")
+    presses: _Frequent = Field(default=1, description="presses at the same place, each deeper than the one before")
 
 
-#: what `effects: auto` goes by in a scene that says nothing
+#: tolerance that decides `effects: auto` in a scene without one
 USUAL = Tolerance.model_validate({"height": "0.3 mm", "force": "3 %"})

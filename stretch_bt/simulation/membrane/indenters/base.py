@@ -1,6 +1,6 @@
-"""What an indenter is: a rigid body that gives its signed distance, and where the sheet needs small elements.
+"""An indenter: a rigid body that gives its signed distance, and where the sheet needs small elements.
 
-A new shape is one file with one frozen dataclass that has the members of Indenter; Solid gives those that most bodies
+A new shape is one file with one frozen dataclass that has the members of Indenter; Solid gives the members that most bodies
 share, `shaft`, `cone`, `prism` and `capsule` of distance_kernel may help with the distance, plain numpy does as well.
 """
 
@@ -84,7 +84,7 @@ class Indenter(Protocol):
 
 
 class Solid(ABC):
-    """What most bodies share: round on top unless `flat` says otherwise, and going on downwards without end."""
+    """The common part of most bodies: round on top unless `flat` says otherwise, and going on downwards without end."""
 
     __slots__ = ()
 
@@ -95,7 +95,7 @@ class Solid(ABC):
 
     @property
     def tip_radius(self) -> float:
-        """Radius of its top, m: that of its only feature."""
+        """Radius of its top, m: the radius of its only feature."""
         return self.feature
 
     @property

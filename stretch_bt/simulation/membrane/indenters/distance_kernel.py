@@ -82,7 +82,7 @@ def cone(points: Any, angle: Any, rounding: Any, gap: Any, normal: Any, curvatur
 
 @kernel("void(float64[:,::1],float64,float64,float64,float64[::1],float64[:,::1],float64[:,::1])")
 def prism(points: Any, half_x: Any, half_y: Any, rounding: Any, gap: Any, normal: Any, curvature: Any) -> Any:
-    """Fill for a rectangular post with all edges of its upper end and sides filleted; halves are those of the core."""
+    """Fill for a rectangular post with all edges of its upper end and sides filleted; halves are of the core."""
     curvature[:] = 0.0
     for q in range(points.shape[0]):
         x, y, z = points[q, 0], points[q, 1], points[q, 2]

@@ -21,7 +21,7 @@ __all__ = ["HeightField"]
 _CROWN, _UPPER = (
     0.02,
     0.15,
-)  # of half the grid: how far below the top counts as the top, and as what the sheet bends around
+)  # over half the grid: how far below the top counts as the top, and as the place that the sheet bends around
 _RINGING = 0.5  # pitches
 _PLANE = 4.0  # a top whose radius is this many half grids is flat
 
@@ -124,7 +124,7 @@ class HeightField(Solid):
         mean = -((1 + zy**2) * zxx - 2 * zx * zy * zyx + (1 + zx**2) * zyy) / (2 * g**1.5)
         gauss = (zxx * zyy - zyx**2) / g**2
         larger = mean + np.sqrt(np.maximum(mean**2 - gauss, 0.0))
-        # one-sided differences at the border tell nothing
+        # one-sided differences at the border are not reliable
         return np.pad(larger[1:-1, 1:-1], 1, mode="edge")
 
     def _below_top(self, share: float) -> Array:

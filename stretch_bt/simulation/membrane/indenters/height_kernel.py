@@ -177,9 +177,9 @@ def within(x: Any, y: Any, most_u: Any, most_v: Any, normal: Any, curvature: Any
 
 @kernel()
 def above(x: Any, y: Any, z: Any, coefficients: Any, nodes: Any, winding: Any, u: Any, v: Any, h: Any) -> Any:
-    """Return the nearest point u, v of the surface, the distance, and what the border holds; h as `nearest`.
+    """Return the nearest point u, v of the surface, the distance, and the part that the border holds; h as `nearest`.
 
-    Where the surface is not `winding`, that which is found from the point below is taken for it.
+    Where the surface is not `winding`, the one found from the point below is taken for it.
     """
     spline(coefficients, u, v, h)
     reach = math.sqrt((z - h[0]) ** 2 + (x - u) ** 2 + (y - v) ** 2)

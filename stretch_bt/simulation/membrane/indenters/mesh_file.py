@@ -16,7 +16,7 @@ __all__ = ["load_mesh"]
 def load_mesh(path: Path, unit: float, edge: float) -> Polyhedron:
     """Return the body in a file, z up, its edges rounded; its highest corner at z = 0 and its middle at (0, 0).
 
-    Its y runs against that of the file, as that of all bodies against the world's.
+    Its y runs against the file's, as the y of all bodies against the world's.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An indenter somewhere in the membrane frame: what the sheet presses against."""
+"""An indenter somewhere in the membrane frame, which the sheet presses against."""
 
 from __future__ import annotations
 

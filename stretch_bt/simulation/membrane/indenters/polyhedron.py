@@ -14,7 +14,7 @@ from stretch_bt.simulation.membrane.indenters.surface import Triangles
 
 __all__ = ["Polyhedron"]
 
-_CROWN = 0.02  # of half the body's width: how far below the top counts as the top
+_CROWN = 0.02  # how far below the top counts as the top, over half the body's width
 _LEVEL = 0.999
 
 
@@ -23,7 +23,7 @@ class Polyhedron(Solid):
     """A closed surface of `vertices` (n, 3), m, and `triangles` (m, 3), counter-clockwise from outside; rounded by `edge`, m.
 
     The faces of a convex body keep their places: its core, which the rounding is added to, is smaller by the fillet. The
-    origin is that of the vertices, z up. `endless` says that it goes on downwards from its lowest face.
+    origin is the vertices', z up. `endless` says that it goes on downwards from its lowest face.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class Polyhedron(Solid):
         return hash(self._key)
 
     def __repr__(self) -> str:
-        # what solved presses are kept by
+        # solved presses are kept by this text
         digest = hashlib.sha256(self._key[0] + self._key[1]).hexdigest()[:8]
         return (
             f"Polyhedron({len(self.vertices)} vertices, {len(self.triangles)} triangles, edge={self.edge:g}, {digest})"
@@ -71,7 +71,7 @@ class Polyhedron(Solid):
 
     @property
     def tip_radius(self) -> float:
-        """That of its level top, m, else of the fillet."""
+        """Radius of its level top, m, else of the fillet."""
         return max(self._level, self.edge)
 
     @property
@@ -118,7 +118,7 @@ class Polyhedron(Solid):
 
     @property
     def sunk(self) -> float:
-        """By how much the rounding lowers its highest corner, m."""
+        """Height that its highest corner loses by the rounding, m."""
         return float(self.vertices[:, 2].max()) - self.top(np.eye(3))
 
     def crest(self, rotation: Array) -> tuple[float, float]:

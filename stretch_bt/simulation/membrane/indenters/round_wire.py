@@ -1,4 +1,4 @@
-"""What bodies bent from round wire share."""
+"""The common part of bodies bent from round wire."""
 
 from __future__ import annotations
 

@@ -43,5 +43,5 @@ class Sphere(Solid):
 
 
 def goes_on_as(before: object, now: object) -> bool:
-    """Tell whether a body has become another one under the sheet: it is the same, or both are balls."""
+    """Return whether a body goes on as another one under the sheet: it is the same, or both are balls."""
     return before == now or (isinstance(before, Sphere) and isinstance(now, Sphere))

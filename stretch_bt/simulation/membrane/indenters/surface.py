@@ -1,4 +1,4 @@
-"""A closed surface of triangles, and what the search for its nearest point needs."""
+"""A closed surface of triangles, and the data for the search of its nearest point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Triangles"]
 Indices = npt.NDArray[np.int64]
 
 _LEAF = 4
-_RANK = 1e-3  # of the largest eigenvalue: directions in which the planes at a corner hold it less stay as they are
+_RANK = 1e-3  # least eigenvalue over the largest: directions in which its planes hold a corner less stay as they are
 _TURN = 0.5
 
 

@@ -104,7 +104,7 @@ def rounded(
     normal: Any,
     curvature: Any,
 ) -> Any:
-    """Fill for a surface of triangles `corners` (m, 3, 3), rounded; `normals` (m, 7, 3) are those of their features."""
+    """Fill for a surface of triangles `corners` (m, 3, 3), rounded; `normals` (m, 7, 3) are the normals of their features."""
     curvature[:] = 0.0
     stack, foot, away = np.empty(128, np.int64), np.empty(3), np.inf
     for q in range(points.shape[0]):

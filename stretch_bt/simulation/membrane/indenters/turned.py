@@ -68,22 +68,22 @@ class Turned(Solid):
 
     @property
     def feature(self) -> float:
-        """That of the body, m."""
+        """The body's own, m."""
         return self.indenter.feature
 
     @property
     def tip_radius(self) -> float:
-        """That of the body, m."""
+        """The body's own, m."""
         return self.indenter.tip_radius
 
     @property
     def flat(self) -> float:
-        """That of the body, m."""
+        """The body's own, m."""
         return self.indenter.flat
 
     @property
     def bulk(self) -> float:
-        """That of the body, m."""
+        """The body's own, m."""
         return self.indenter.bulk
 
     @property

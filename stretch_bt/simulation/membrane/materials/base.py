@@ -1,4 +1,4 @@
-"""What a material is: an incompressible isotropic energy that both solvers understand."""
+"""A material: an incompressible isotropic energy that both solvers understand."""
 
 from __future__ import annotations
 

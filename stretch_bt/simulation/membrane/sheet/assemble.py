@@ -53,7 +53,7 @@ def _with_effects(problem: Problem, sheet: Sheet, past: SheetPress | None) -> Pr
 
 
 def _peak(past: SheetPress, mesh: Mesh) -> Array:
-    """Return the largest energy seen at each Gauss point of a mesh, between those of an earlier press."""
+    """Return the largest energy seen at each Gauss point of a mesh, interpolated from an earlier press."""
     old, peak = past.shape.mesh, past.memory.peak
     assert peak is not None
     if old is mesh:

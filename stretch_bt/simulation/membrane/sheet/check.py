@@ -1,4 +1,4 @@
-"""Measures a solved press and refuses what is not an equilibrium worth the name."""
+"""Measures a solved press and refuses one that is not an equilibrium worth the name."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def measure(
 ) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at.
 
-    `more` is what rigid bodies would add to the force; `settles` says whether the contact no longer changes.
+    `more` is the force that rigid bodies would add; `settles` says whether the contact no longer changes.
     """
     sheet, problem, here = layout.sheet, newton.problem, outcome.evaluation
     pierced = overhang(problem, outcome.control, layout.depth)
@@ -88,7 +88,7 @@ def _errors(layout: Layout, nodes: int, force: Array, more: RigidForce, pierced:
 
 
 def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bool) -> Iterator[str]:
-    """Yield what a user of the result should know."""
+    """Yield the warnings that a user of the result should know."""
     finest = problem.mesh.finest
     if math.sqrt(float(here.totals[:, 4].sum()) / math.pi) < finest:
         yield f"the contact is smaller than an element of {finest * problem.unit * 1e3:.3g} mm: use a finer mesh"
@@ -111,7 +111,7 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
     if not result.force[2] > 0:
         raise NoEquilibrium(
             "the sheet is not in contact although it was pressed: it slid off beside the indenter, or the press is too "
-            "shallow to be told from rounding"
+            "shallow to be distinguished from rounding"
         )
     _check_borders(problem, outcome)
     for contact, row in zip(problem.contacts, totals, strict=True):

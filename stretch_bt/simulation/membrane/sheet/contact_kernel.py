@@ -2,7 +2,7 @@
 
 A body at distance g below a point, with outward normal n = grad g and curvature k = grad grad g, presses with
 p = eps (off - g)+ per reference area, the derivative of the penalty eps (off - g)+^2 / 2. Lengths in the sheet's unit,
-those of a body in metres. Sums over the nine functions of an element go along x first and then along y.
+lengths of a body in metres. Sums over the nine functions of an element go along x first and then along y.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def contact(
     """Return the contact energy; adds to grad, band, and to totals (8,): force, pressure integral, area, count,
     the pressure integral where the body faces away from the sheet, and the energy of the penalty.
 
-    `spread` (ey, ex, qy, qx) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
+    `spread` (ey, ex, qy, qx) is Mesh's; it has no rows where the mesh lies on the sheet as it is.
     Where `mode` is PROJECTED the body's curvature is left out.
     """
     ny, nx = grad.shape[0], grad.shape[1]

@@ -95,7 +95,7 @@ class Disc:
     """A round sheet clamped all around; unstretched its radius is 50 sheet units, clamped it is half the span."""
 
     def back(self, length: float) -> tuple[float, float]:
-        """Return by how much places shrink in x and y when the sheet, stretched by `length`, is let go."""
+        """Return the factors on places in x and y when the sheet, stretched by `length`, is let go."""
         return 1 / length, 1 / length
 
     def mesh(self, across: float, x: Sequence[Zone], y: Sequence[Zone], growth: float) -> Mesh:
@@ -114,7 +114,7 @@ class Disc:
         return np.concatenate([rest, np.zeros((*rest.shape[:2], 1))], axis=-1)
 
     def clamped(self, mesh: Mesh, control: Array, span: float) -> Array:
-        """Return the control points with those of the boundary held on the clamp."""
+        """Return the control points, the boundary's held on the clamp."""
         held = self.flat(mesh, span)
         held[1:-1, 1:-1] = control[1:-1, 1:-1]
         return held

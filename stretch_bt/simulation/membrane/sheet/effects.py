@@ -1,4 +1,4 @@
-"""What else may act on the sheet; everything is off, and costs nothing, unless it is asked for."""
+"""Further effects that may act on the sheet; everything is off, and costs nothing, unless it is asked for."""
 
 from __future__ import annotations
 

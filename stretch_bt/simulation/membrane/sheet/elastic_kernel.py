@@ -157,7 +157,7 @@ def pull(
 ) -> Any:
     """Add the forces of a stress at one Gauss point to out (4, nx, 3), which belongs to the lines.
 
-    `inverse` (5,) is that of Mesh, empty where the mesh lies on the sheet as it is.
+    `inverse` (5,) is Mesh's, empty where the mesh lies on the sheet as it is.
     """
     for c in range(3):
         u, v = s11 * f1[c] + s12 * f2[c], s12 * f1[c] + s22 * f2[c]
@@ -230,7 +230,7 @@ def elastic(
 ) -> Any:
     """Return the energy, inf where an element has collapsed; adds to grad (ny, nx, 3) and, unless GRADIENT, to band.
 
-    `inverse` (ey, ex, qy, qx, 5) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
+    `inverse` (ey, ex, qy, qx, 5) is Mesh's; it has no rows where the mesh lies on the sheet as it is.
     PROJECTED keeps only the tensile part of the stress in the Hessian, which makes it positive in practice.
     """
     ny, nx = control.shape[0], control.shape[1]
@@ -282,7 +282,7 @@ def elastic(
     "float64[:,:,:,:,::1],float64[::1],float64[:,:,:,::1])"
 )
 def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, inverse: Any, law: Any, peak: Any) -> Any:
-    """Raise the largest energy seen at each Gauss point, peak (ey, ex, qy, qx), to that of the present shape."""
+    """Raise the largest energy seen at each Gauss point, peak (ey, ex, qy, qx), to the present shape's."""
     virgin = law.copy()
     virgin[3] = 0.0
     f, lines = np.empty((2, 3)), np.empty((4, control.shape[1], 3))

@@ -1,4 +1,4 @@
-"""How far the force of a mesh is from that of an endlessly fine one: a law fitted to presses solved on finer meshes.
+"""Error of a mesh's force against an endlessly fine mesh's: a law fitted to presses solved on finer meshes.
 
 The law states one standard deviation: over presses of a kind the root mean square of error over stated error is about 1.
 `python -m benchmarks.membrane_errors` prints both for each kind, and the constants below are fitted to its presses.
@@ -10,15 +10,15 @@ import math
 
 __all__ = ["relative_error", "side_error"]
 
-# of the force on the default mesh; under round tips over the root of the points in contact
+# relative errors of the force on the default mesh; under round tips over the root of the points in contact
 _ROUND, _FLAT = 0.018, 0.001
 _SLACK, _TAUT = 12.0, 0.02  # a slack sheet is this much worse, which fades over this strain
 _PER_POINT, _PER_POINT_FLAT = 0.15, 0.8
-_ADDED, _STRAINED = 0.3, 0.02  # what a first-order correction leaves over, as a part of it; more where it is large
+_ADDED, _STRAINED = 0.3, 0.02  # residual of a first-order correction, as a part of it; more where it is large
 _ADDED_ACROSS = 0.2
 _SLIPPING = 0.02
 _RIM = 0.002  # where the indenter stands on its rim
-_OVERHANG, _SLID = 0.1, 45.0  # over the part of the depth by which a tip stands out; the latter times that correction
+_OVERHANG, _SLID = 0.1, 45.0  # over the part of the depth that a tip stands out; the latter times that correction
 _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
 _WITH_FRICTION = 0.002
@@ -48,7 +48,7 @@ def relative_error(
     Parameters
     ----------
     scale
-        Length of the smallest elements over that of the default mesh.
+        Length of the smallest elements over the default mesh's.
     strain
         Nominal strain between the clamps.
     nodes
@@ -56,17 +56,17 @@ def relative_error(
     flat, exact
         Whether the indenter has a face and rim, and whether the forces were made to balance exactly or corrected.
     shallow
-        Whether so little of the sheet touches that what is not exact is known less well.
+        Whether so little of the sheet touches that a result that is not exact is less certain.
     edge
-        0 where no edge of the sheet is near; else by how much it spoils the force of a taut sheet, over the force.
+        0 where no edge of the sheet is near; else its error of a taut sheet's force, over the force.
     sharp
         Whether a sheet with bending stiffness lies on a tip that is sharper than it is thick.
     tilted
         Whether the indenter is tilted: one with a rim then stands on it.
     added, across
-        What the correction to rigid contact adds along z and across, over the force.
+        Correction to rigid contact along z and across, over the force.
     sideways
-        Force across over that along z: where the sheet is about to slip off, it is the larger one.
+        Force across over the force along z: where the sheet is about to slip off, it is the larger one.
     overhang
         How far a tip stands out of the sheet, over the depth.
     has_friction
@@ -94,11 +94,11 @@ def side_error(relative: float, sideways: float, added: tuple[float, float], *, 
     Parameters
     ----------
     relative
-        That of the force along z over the force.
+        Relative standard deviation of the force along z.
     sideways
-        Force across over that along z.
+        Force across over the force along z.
     added
-        What the correction to rigid contact adds across and along z, over the force along z.
+        Correction to rigid contact across and along z, over the force along z.
     flat, tilted
         Whether the indenter has a face and rim, and whether it is tilted: it then stands on its rim.
     """

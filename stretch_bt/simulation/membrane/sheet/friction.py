@@ -1,8 +1,8 @@
-"""Coulomb friction between the sheet and a body, and what it remembers from one press to the next.
+"""Coulomb friction between the sheet and a body, and its memory from one press to the next.
 
 A point in contact sticks to an anchor on the body by a spring; where that would pull harder than mu times the
-pressure the point slides, and the anchor with it (the return map of Laursen and Simo 1993). During a solve the pressure is that
-of the solve before, so that the tractions are the gradient of an energy; solves are repeated until it settles.
+pressure the point slides, and the anchor with it (the return map of Laursen and Simo 1993). During a solve the pressure is taken
+from the solve before, so that the tractions are the gradient of an energy; solves are repeated until it settles.
 A point that comes into contact has no anchor yet: it is pulled as its neighbours are that were in contact before.
 """
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["FrictionMemory", "LaggedFriction", "remember"]
 
 Mask = npt.NDArray[np.bool_]
-_STIFF = 4.0  # springs over that of the contact: stiffer ones change a force by 0.2 %, and cost more steps
-_REACH = 12  # Gauss points; further from what was in contact before, a point begins without traction
+_STIFF = 4.0  # stiffness of the springs over the contact's: stiffer ones change a force by 0.2 %, and cost more steps
+_REACH = 12  # Gauss points; further from the contact before, a point begins without traction
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class FrictionMemory:
         return np.asarray(body.rotation @ np.einsum("yx,yxc->c", self.weight, self.traction))
 
     def on(self, old: Mesh, new: Mesh) -> FrictionMemory:
-        """Return it at the Gauss points of another mesh, each taking after the nearest old one."""
+        """Return the memory at the Gauss points of another mesh, each taking after the nearest old one."""
         if old is new:
             return self
         rows, columns = _nearest(*_places(old)[::-1], *_places(new)[::-1])
@@ -97,7 +97,7 @@ class LaggedFriction:
         )  # fmt: skip
 
     def energy(self, control: Array, mesh: Mesh) -> float:
-        """Return the work done against friction since the last press, with what its springs hold."""
+        """Return the work done against friction since the last press, with the energy in its springs."""
         return self.add(control, mesh, GRADIENT, np.zeros(control.shape), np.empty((0, 0)), np.zeros(8))
 
     def renewed(self, control: Array, mesh: Mesh, contact: Contact, unit: float) -> tuple[LaggedFriction, float]:
@@ -121,7 +121,7 @@ class LaggedFriction:
 
 
 def remember(control: Array, mesh: Mesh, contact: Contact, unit: float) -> FrictionMemory:
-    """Return what a solved shape leaves behind for the next press."""
+    """Return the memory of a solved shape for the next press."""
     places = _surface(control, mesh)
     pressure, _ = _pressure(places, contact, unit)
     traction = np.zeros(places.shape) if contact.friction is None else contact.friction.tractions(places)
@@ -129,7 +129,7 @@ def remember(control: Array, mesh: Mesh, contact: Contact, unit: float) -> Frict
 
 
 def _shares(traction: Array, limit: Array, known: Mask, wanted: Mask) -> Array:
-    """Return traction over limit (NY, NX, 3) where known, and step by step that of known neighbours where wanted."""
+    """Return traction over limit (NY, NX, 3) where known, and step by step the known neighbours' where wanted."""
     share, known = np.where(known[..., None], traction / np.where(known, limit, 1.0)[..., None], 0.0), known.copy()
     for _ in range(_REACH):
         if np.all(known | ~wanted):

@@ -3,7 +3,7 @@
 With the slip u, tangential, since the anchor, the traction is k u as long as that is below the limit L = mu p, and L
 along u beyond: the gradient of k u^2 / 2, and of L (u - L / (2 k)). With limit and normal held during a solve the
 energy is convex and its Hessian symmetric (lagged friction: Li et al. 2020, Incremental Potential Contact, sec. 5).
-Lengths in the sheet's unit. Fields lie over the grid of all Gauss points, (NY, NX, ...), which is that of the elements
+Lengths in the sheet's unit. Fields lie over the grid of all Gauss points, (NY, NX, ...), which is the grid of the elements
 times four.
 """
 
@@ -29,7 +29,7 @@ __all__ = ["friction", "tractions"]
 
 @kernel()
 def slipped(place: Any, anchor: Any, normal: Any, slip: Any) -> Any:
-    """Fill slip (3,) with what lies between anchor and place, tangential; return its length."""
+    """Fill slip (3,) with the tangential way from anchor to place; return its length."""
     across = 0.0
     for c in range(3):
         slip[c] = place[c] - anchor[c]

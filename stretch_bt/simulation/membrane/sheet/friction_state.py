@@ -1,4 +1,4 @@
-"""What a solve does with the friction of its bodies: takes it over, renews it between passes, and accounts for it."""
+"""The friction of bodies in a solve: taken over from before, renewed between passes, and accounted for."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["frictions", "resume", "settle", "without_friction"]
 
 
 def resume(problem: Problem, past: SheetPress, coefficient: float) -> None:
-    """Let the friction of each body go on from what it remembers."""
+    """Let the friction of each body go on from its memory."""
     x, y = problem.mesh.touch
     places = past.shape.mesh.evaluate(past.shape.control, x.place.ravel(), y.place.ravel())
     for contact, old, held in zip(problem.contacts, past.contacts, past.memory.frictions, strict=True):
@@ -23,7 +23,7 @@ def resume(problem: Problem, past: SheetPress, coefficient: float) -> None:
 
 
 def without_friction(result: SheetPress, problem: Problem) -> SheetPress:
-    """Take what friction has used up out of the energy."""
+    """Take the energy that friction has used up out of the energy."""
     used = sum(
         c.friction.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.friction is not None
     )
@@ -44,5 +44,5 @@ def settle(problem: Problem, control: Array) -> tuple[list[LaggedFriction | None
 
 
 def frictions(problem: Problem, control: Array) -> tuple[FrictionMemory, ...]:
-    """Return what a solved shape leaves behind for the next press."""
+    """Return the memory of a solved shape for the next press."""
     return tuple(remember(control, problem.mesh, contact, problem.unit) for contact in problem.contacts)

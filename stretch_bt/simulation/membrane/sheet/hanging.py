@@ -14,7 +14,7 @@ from stretch_bt.threads import one_thread
 __all__ = ["hang", "lowest"]
 
 _ELEMENT = 5.0  # sheet units; the shape is smooth
-_FIRST = 0.02  # of the gauge; a guess of how far a slack sheet hangs
+_FIRST = 0.02  # first guess of a slack sheet's sag over the gauge
 _BUDGET = 400
 
 
@@ -42,5 +42,5 @@ def hang(sheet: Sheet, stretch: float) -> Shape:
 
 
 def lowest(sheet: Sheet, stretch: float) -> float:
-    """Return how far the sheet hangs below its plane in its middle at a stretch, m; raises as `hang` does."""
+    """Return the sag of the sheet's middle below its plane at a stretch, m; raises as `hang` does."""
     return -float(hang(sheet, stretch).points(9, 41)[..., 2].min())

@@ -13,8 +13,8 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["between", "increments"]
 
-_FEWEST = 4  # from first contact, so that a shallow press has a path too
-_TURN = 0.05  # rad; about a sheet unit at the rim of what is usually pressed
+_FEWEST = 4  # least number from first contact, so that a shallow press has a path too
+_TURN = 0.05  # rad; about a sheet unit at the rim of a usual body
 
 
 def increments(start: Load | None, load: Load, unit: float) -> Iterator[Load]:

@@ -20,15 +20,15 @@ __all__ = ["Layout"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
-_OVER, _BESIDE = 0.010, 0.005  # of the force that is over an edge of the sheet, or beside it
-_PLATE = 4.0  # by which contact is stiffer where a plate gathers the pressure on a tip
+_OVER, _BESIDE = 0.010, 0.005  # relative error of the force of a body over an edge of the sheet, or beside it
+_PLATE = 4.0  # stiffness of contact over the usual one where a plate gathers the pressure on a tip
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
 
 
 class Layout:
-    """The bodies of a press in their places and what they ask of the mesh; lengths in sheet units, `unit` in m."""
+    """The bodies of a press in their places and their demands on the mesh; lengths in sheet units, `unit` in m."""
 
     def __init__(self, sheet: Sheet, load: Load, settings: Settings) -> None:
         self.sheet, self.load, self.settings = sheet, load, settings
@@ -82,7 +82,7 @@ class Layout:
         return any(b.indenter.flat > 0 for b in self.bodies)
 
     def error(self, nodes: int, added: float, across: float, sideways: float, overhang: float) -> float:
-        """Return the estimated error of the force over the force; the arguments are those of `relative_error`."""
+        """Return the estimated error of the force over the force; the arguments are as in `relative_error`."""
         return relative_error(
             self.scale,
             self.strain,
@@ -101,7 +101,7 @@ class Layout:
         )
 
     def _edge(self) -> float:
-        """Return by how much an edge of the sheet spoils the force: one that is closer than the small elements or a depth."""
+        """Return the relative error of the force by an edge of the sheet that is closer than the small elements or a depth."""
         halves = self.sheet.width / self.unit / 2, 50.0
         rooms = [
             (half - max(abs(z.low), abs(z.high)), half - abs(z.low + z.high) / 2)

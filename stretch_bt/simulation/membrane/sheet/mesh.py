@@ -95,7 +95,7 @@ class Mesh:
 def breakpoints(length: float, zones: Sequence[Zone], growth: float) -> Array:
     """Return rising breakpoints over [-length/2, length/2]; each element is `growth` times its finer neighbour.
 
-    The wanted size is that of a zone inside it and grows linearly outside; breakpoints share the integral of its
+    The wanted size is the zone's inside a zone and grows linearly outside; breakpoints share the integral of its
     inverse evenly, so that mirrored zones give mirrored meshes.
 
     Raises

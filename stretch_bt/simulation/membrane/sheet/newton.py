@@ -20,7 +20,7 @@ _REUSE_RATE = 0.4
 _HALVINGS = 16
 _FIRST_SHIFT = 1e-5
 _SHRINK = 0.2
-_BALANCED = 1e-3  # of the force, that may be left where rounding is in the way of more
+_BALANCED = 1e-3  # part of the force that may be left where rounding is in the way of more
 
 
 @dataclass(slots=True)
@@ -58,7 +58,7 @@ class Newton:
         self.shift = 0.0
         self.iterations = self.factors = self.reuses = 0
         self.positive = True
-        self.fresh = False  # whether the factor is that of the present place
+        self.fresh = False  # whether the factor is of the present place
         self._bands = problem.bands()
         self._held: int | None = None  # which band holds the factor; the other takes the next Hessian
 
@@ -161,7 +161,7 @@ class Newton:
 
 
 def _noise(energy: float) -> float:
-    """Return by how much an energy of the sheet is rounded."""
+    """Return the rounding error of an energy of the sheet."""
     return 1e-12 * (abs(energy) + 1.0)
 
 
@@ -176,6 +176,6 @@ def _stuck(here: Evaluation, direction: Array) -> str:
     """Return why no step along a direction lowers the energy."""
     if -float(np.vdot(here.gradient[1:-1], direction)) < _noise(here.energy):
         return (
-            "the load is too small to be told from the rounding of the sheet's energy: press deeper or stretch further"
+            "the load is too small to stand out of the rounding of the sheet's energy: press deeper or stretch further"
         )
     return "no step along Newton's direction lowers the energy"

@@ -1,4 +1,4 @@
-"""The outline of a sheet: what its mesh covers, where it is clamped, and how a first guess of its shape looks."""
+"""The outline of a sheet: the area of its mesh, its clamps, and a first guess of its shape."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Outline(Protocol):
     """An outline; lengths in sheet units, hundredths of the gauge, and `span` between opposite clamps."""
 
     def back(self, length: float) -> tuple[float, float]:
-        """Return by how much places shrink in x and y when the sheet, stretched by `length`, is let go."""
+        """Return the factors on places in x and y when the sheet, stretched by `length`, is let go."""
         ...
 
     def mesh(self, across: float, x: Sequence[Zone], y: Sequence[Zone], growth: float) -> Mesh:
@@ -40,7 +40,7 @@ class Outline(Protocol):
         ...
 
     def clamped(self, mesh: Mesh, control: Array, span: float) -> Array:
-        """Return the control points with those that are clamped in their place."""
+        """Return the control points, the clamped ones in their place."""
         ...
 
     def tent(self, flat: Array, bodies: Sequence[Placed], span: float, unit: float) -> Array:
@@ -53,7 +53,7 @@ class Rectangle:
     """Clamped at both ends of y, with its width held there; free at the sides."""
 
     def back(self, length: float) -> tuple[float, float]:
-        """Return by how much places shrink in x and y; stretched, the middle narrows a little more than a strip would."""
+        """Return the factors on places in x and y; stretched, the middle narrows a little more than a strip would."""
         return length**0.55, 1 / length
 
     def mesh(self, across: float, x: Sequence[Zone], y: Sequence[Zone], growth: float) -> Mesh:

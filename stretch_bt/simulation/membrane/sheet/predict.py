@@ -16,7 +16,7 @@ __all__ = ["predict"]
 
 
 def predict(layout: Layout, start: SheetPress) -> tuple[Mesh, Array, tuple[float, ...], Memory]:
-    """Return mesh, control points (ny, nx, 3) and offsets to begin with, and what the press will remember of `start`."""
+    """Return mesh, control points (ny, nx, 3) and offsets to begin with, and the press' memory of `start`."""
     change, old = layout.load.moves() - start.load.moves(), start.shape.control
     if layout.fits(start):
         mesh, memory, drift = start.shape.mesh, start.memory, layout.drift(start)

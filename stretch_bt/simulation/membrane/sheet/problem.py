@@ -148,9 +148,9 @@ class Problem:
         return seen(self.mesh, contact.body, control, self.unit, elements), contact.stiffness * sunk * area
 
     def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
-        """Return the elements that may touch at a Gauss point, and the gaps at their points, or what these surely exceed.
+        """Return the elements that may touch at a Gauss point, and the gaps at their points, or lower bounds of the gaps.
 
-        The distance changes by no more than a point moves: that at an element's middle control point rules most of its points out.
+        The distance changes by no more than a point moves: the distance at an element's middle control point rules most of its points out.
         """
         body = contact.body
         elements, centres, distances = _reachable(self.mesh, body, control, self.unit, contact.offset)

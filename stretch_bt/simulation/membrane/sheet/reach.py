@@ -1,4 +1,4 @@
-"""Reaches a press in steps where it was not found at once, and tells a hard press from one past its limit point."""
+"""Reaches a press in steps where it was not found at once, and distinguishes a hard press from one past its limit point."""
 
 from __future__ import annotations
 

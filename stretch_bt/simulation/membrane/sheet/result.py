@@ -1,4 +1,4 @@
-"""What a press of the sheet gives: force, contact, shape, and how far each can be trusted."""
+"""The result of a press of the sheet: force, contact, shape, and how far each can be trusted."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:  # its kernels are compiled when a press has friction
     from stretch_bt.simulation.membrane.sheet.friction import FrictionMemory
 
 _FLAT = 0.25  # of the offset; inside the rim of a flat face the sheet rests on it without pressure, but for small waves
-_STEEP = 0.3  # of a normal, its part along z below which it is that of a side
-_STEPS = 8  # by which what is left below a top of a slope of 45 degrees falls to a thousandth
+_STEEP = 0.3  # part of a normal along z below which it belongs to a side
+_STEPS = 8  # in which the rest below a top of a slope of 45 degrees falls to a thousandth
 _GRID = 141  # places across the sheet that a height map is interpolated from
 
 __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
@@ -32,7 +32,7 @@ __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What is done to the sheet: lengths in m, angles in rad.
+    """The load on the sheet: lengths in m, angles in rad.
 
     `hang` is how far a sheet with weight hangs below its plane before it is touched: from there on it is pressed.
     """
@@ -54,7 +54,7 @@ class Load:
         return replace(self, depth=share * self.travel - self.hang)
 
     def moves(self) -> Array:
-        """Return (6,) float, what varies along a path of presses."""
+        """Return the numbers (6,) float that vary along a path of presses."""
         return np.array([self.stretch, self.depth, *self.at, *self.tilt])
 
 
@@ -104,9 +104,9 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What the next press starts from: the control points before this one and what had changed, and the offsets.
+    """The start of the next press: the control points before this one and the change since, and the offsets.
 
-    Where they act, Mullins softening adds the largest energy seen, and friction that of each body.
+    Where they act, Mullins softening adds the largest energy seen, and friction the memory of each body.
     """
 
     offsets: tuple[float, ...]
@@ -122,9 +122,9 @@ class Memory:
 class SheetPress:
     """One equilibrium of the sheet; SI units, membrane frame.
 
-    `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps;
+    `force` (3,) acts from the indenter on the sheet, friction included, `reaction` (3,) from the sheet on the clamps;
     `balance` is how far the two are from cancelling, over the force. `force_error` is the standard deviation of force[2], N,
-    by the mesh, and `side_error` that of force[0] and of force[1].
+    by the mesh, and `side_error` the one of force[0] and of force[1].
     `residual` is the largest nodal force left over, over the force. `pivot` is the sign of the smallest pivot of the
     tangent without friction, of this shape where it is exact or corrected and else of one a step before: +1 for a stable
     equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the CPU time of the solve.
@@ -169,7 +169,7 @@ class SheetPress:
         return points
 
     def let_go(self) -> SheetPress:
-        """Return it as what the sheet remembers of it once nothing touches: its softening, not how it slid."""
+        """Return the press as the sheet remembers it once nothing touches: its softening, not how it slid."""
         return replace(self, memory=replace(self.memory, frictions=())) if self.memory.frictions else self
 
     def region(self) -> Region:

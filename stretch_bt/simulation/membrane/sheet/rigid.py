@@ -1,7 +1,7 @@
-"""What a press on soft contact says of a press on a rigid body.
+"""The force of a press on a rigid body, from a press on soft contact.
 
 With the pressure p of the soft contact and the gap g that it leaves, the value of the dual problem, W - integral p g, is the
-energy of rigid contact but for the square of what is left over (weak duality: Boyd and Vandenberghe, Convex Optimization,
+energy of rigid contact but for the square of the residual (weak duality: Boyd and Vandenberghe, Convex Optimization,
 2004, section 5.2). Its derivative by the place of the body is the force, to the same order.
 """
 
@@ -17,12 +17,12 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["RigidForce", "rigid_energy", "rigid_force"]
 
-_FIRST_ORDER = 0.2  # of the force; more is no small change, as where a sheet hardly resists to slide off a wire
+_FIRST_ORDER = 0.2  # part of the force up to which a change is small; it is more where a sheet hardly resists to slide off a wire
 _NOTHING = np.zeros(3)
 
 
 class RigidForce(NamedTuple):
-    """What rigid bodies add to the force (3,), and what is no small change and not added (3,), in units of the problem."""
+    """The change of the force by rigid bodies (3,), and the change that is not small and not added (3,), in units of the problem."""
 
     added: Array
     withheld: Array
@@ -36,13 +36,13 @@ def rigid_energy(problem: Problem, outcome: Outcome) -> float:
 
 
 def rigid_force(newton: Newton, outcome: Outcome) -> RigidForce:
-    """Return what rigid bodies would add to the force on the sheet.
+    """Return the change by rigid bodies of the force on the sheet.
 
-    Where that would be a lot, or the tangent is not positive, it is nothing but doubt.
+    Where it is not small, or the tangent is not positive, it is withheld and counts only as an error.
 
     As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
     pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of
-    `rigid_energy` less the force. The Hessian has to be that of the shape: one of a few steps before knows another contact.
+    `rigid_energy` less the force. The Hessian has to belong to the shape: one of a few steps before knows another contact.
     """
     problem = newton.problem
     excess, lift = problem.leftover(outcome.control)

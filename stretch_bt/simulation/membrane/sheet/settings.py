@@ -20,8 +20,8 @@ class Settings:
     `mesh` is the length of the smallest elements, m; None chooses it by indenter and depth. Elements grow by `growth`
     away from the contact; 1 makes all alike. `coarsen` scales the length. `exact` iterates until the forces balance to
     1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `corrected`
-    adds to the force, to first order, what the soft contact leaves out, at the price of one more factor. `budget` bounds
-    the Newton iterations of a press, all its attempts together; with friction, those of each increment.
+    adds to the force, to first order, the part that the soft contact leaves out, at the price of one more factor. `budget` bounds
+    the Newton iterations of a press, all its attempts together; with friction, the iterations of each increment.
     """
 
     mesh: float | None = None
@@ -43,14 +43,14 @@ class Settings:
 
     @property
     def elements(self) -> tuple[float | None, float, float]:
-        """What decides the elements."""
+        """The settings that decide the elements."""
         return self.mesh, self.growth, self.coarsen
 
     @classmethod
     def within(cls, error: float) -> Settings:
         """Return settings for a control loop: steps of about 1 mm, each started from the last, as quick as `error` allows.
 
-        `error` bounds that of the force over the force under spheres, at depths of 3 mm and more and stretches of 10 mm
+        `error` bounds the relative error of the force under spheres, at depths of 3 mm and more and stretches of 10 mm
         and more; the measure is a mesh of 0.5 mm. It does not bound how two presses differ: in steps of 0.01 mm the force of
         the coarsest settings may fall by 0.3 % as the depth grows.
         """

@@ -8,7 +8,7 @@ from stretch_bt.simulation.membrane.sheet.newton import Step
 
 __all__ = ["Settled"]
 
-_LEFT = 1e-3  # what a press that is not exact leaves over on the default mesh: of the force, of the offset per depth
+_LEFT = 1e-3  # residual of a press that is not exact on the default mesh: of the force, of the offset per depth
 _LOOSEST = 2.0
 _CORRECTED = 0.5  # a correction is followed by one step more, which wants a good start
 _EXACT = 1e-4
@@ -20,7 +20,7 @@ class Settled:
     """Whether a step was the last: by its size, by the energy left, and where exact also by the balance of forces.
 
     The energy clause matters: slack corners creep for tens of iterations and change no force. `depth` is in sheet units,
-    `scale` that of the mesh: what is left over shall not spoil a finer mesh, and need not be less than a coarse one spoils.
+    `scale` is the mesh's: the residual shall not spoil a finer mesh, and need not be less than a coarse one's error.
     """
 
     def __init__(self, depth: float, scale: float, *, exact: bool, corrected: bool) -> None:

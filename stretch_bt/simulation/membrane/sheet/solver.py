@@ -33,10 +33,10 @@ _NONE = RigidForce(np.zeros(3), np.zeros(3))
 _PASSES = 8
 _UNSETTLED = 1e-2  # change of an offset over the depth after the last pass
 _COARSE = 2.5
-_FINE = 0.75  # of the default elements' length; from here on a coarser mesh is tried where this one fails
-_ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # of the budget
+_FINE = 0.75  # length of elements over the default, from which on a coarser mesh is tried where this one fails
+_ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # parts of the budget
 _FEWEST = 100  # iterations of an attempt, if so many are left
-_HALVINGS = 4  # of an increment that is too far
+_HALVINGS = 4  # halvings of an increment that is too far
 
 
 def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None = None) -> SheetPress:
@@ -100,7 +100,7 @@ def _with_friction(sheet: Sheet, load: Load, settings: Settings, start: SheetPre
 
 
 class _Account:
-    """What a solve and all it tries cost: iterations, factors, and CPU time since its start."""
+    """The cost of a solve and all it tries: iterations, factors, and CPU time since its start."""
 
     def __init__(self) -> None:
         self.began = time.process_time()
@@ -164,7 +164,7 @@ class _Work(_Account):
         return self.warm(self._on(self.load, coarse, None))
 
     def part(self, share: float, start: SheetPress | None) -> SheetPress:
-        """Solve at a share of the depth from a shallower press, or cold, with what is left of the budget."""
+        """Solve at a share of the depth from a shallower press, or cold, with the rest of the budget."""
         if self.spent >= self.settings.budget:
             raise BudgetSpent(f"the budget of {self.settings.budget} iterations is spent")
         settings = replace(self.settings, exact=self.settings.exact and share == 1.0)
@@ -246,9 +246,9 @@ class _Work(_Account):
         return friction_state.without_friction(result, problem) if has_friction else result
 
     def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, RigidForce]:
-        """Return an outcome as exact as a fresh Hessian makes it, and what rigid bodies would add to its force (3,).
+        """Return an outcome as exact as a fresh Hessian makes it, and the change of its force by rigid bodies (3,).
 
-        The correction is that of frictionless contact, also where there is friction, and belongs to the points that the
+        The correction is for frictionless contact, also where there is friction, and belongs to the points that the
         Hessian knows in contact.
         """
         if not (self.settings.exact or self.settings.corrected):
