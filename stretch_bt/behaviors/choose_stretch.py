@@ -17,7 +17,9 @@ class ChooseStretch(ModelBehavior):
     nearest: In[bool] = port(
         False, doc="whether to take the end of the range that comes nearest where no stretch gives the force"
     )
-    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="with nearest, stretch where none is hard enough")
+    max_stretch: In[Length] = port(
+        0.080, min=0.0, max=0.080, doc="largest stretch; with nearest, taken where none is hard enough"
+    )
     stretch: Out[Length]  # stretch that gives the force
 
     def update(self) -> Status:
@@ -27,13 +29,18 @@ class ChooseStretch(ModelBehavior):
         except NoAnswer:
             if not self.nearest:
                 raise
-            self.stretch = 0.0 if self._is_soft() else self.max_stretch
+            self.stretch = Estimate(0.0 if self._is_soft() else self.max_stretch, 0.0)  # which is chosen, not estimated
         return Status.SUCCESS
 
     def _inverted(self) -> Estimate:
         model, radius, depth = self.force_model(), self.radius, self.depth
         with within_range():
             stretch = model.stretch_for(radius, depth, self.force)
+            if stretch > self.max_stretch:
+                mm, most = 1e3 * stretch, 1e3 * self.max_stretch
+                raise NoAnswer(
+                    f"{self.force:.3g} N takes a stretch of {mm:.3g} mm, above {most:.3g} mm; press deeper, or allow more"
+                )
             return inverted(stretch, lambda x: model.predict(radius, x, depth))
 
     def _is_soft(self) -> bool:

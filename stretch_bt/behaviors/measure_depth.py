@@ -4,14 +4,14 @@ from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Length
+from stretch_bt.units import Estimate, Length
 
 MAX_AGE = 0.2
 
 
 @node
 class MeasureDepth(Behavior):
-    """Measure the depth of the hand past first contact; above first contact it is 0."""
+    """Measure how far the hand stands past first contact, 0 above it; its error is the first contact's, the same for all depths."""
 
     kind = "perception"
     instant = True
@@ -21,5 +21,6 @@ class MeasureDepth(Behavior):
 
     def update(self) -> Status:
         """Measure."""
-        self.depth = max(self.touch.height - self.arm.pose(MAX_AGE).value.height, 0.0)
+        depth = self.touch.height - self.arm.pose(MAX_AGE).value.height
+        self.depth = Estimate(max(depth, 0.0), self.touch.height_sd)
         return Status.SUCCESS

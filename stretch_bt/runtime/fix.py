@@ -101,13 +101,13 @@ def _bare_keys(text: str) -> Iterator[str]:
     """Yield the keys of the file that are declared with their type alone and without a comment."""
     for mapping in _keys(yaml.compose(text, Loader=yaml.SafeLoader)):
         for key, value in mapping.value:
-            if _is_bare(text, mapping, key, value):
+            if _is_bare(text, key, value):
                 yield key.value
 
 
-def _is_bare(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode, value: yaml.Node) -> bool:
+def _is_bare(text: str, key: yaml.ScalarNode, value: yaml.Node) -> bool:
     line = text[key.start_mark.index : text.find("\n", value.end_mark.index)]
-    return isinstance(value, yaml.ScalarNode) and (mapping.flow_style or "#" not in line)
+    return isinstance(value, yaml.ScalarNode) and "#" not in line
 
 
 def _keys(node: yaml.Node | None) -> Iterator[yaml.MappingNode]:
@@ -127,7 +127,7 @@ def _without(text: str, name: str) -> str | None:
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     for mapping in _keys(root):
         for key, value in mapping.value:
-            if key.value == name and _is_bare(text, mapping, key, value):
+            if key.value == name and _is_bare(text, key, value):
                 alone = len(mapping.value) == 1
                 return _without_heading(text, mapping) if alone else without_pair(text, mapping, key)
     return None

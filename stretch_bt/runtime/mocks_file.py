@@ -55,7 +55,7 @@ def read_mocks(
     arrays: MockArrays | None = None,
     keep: bool = False,
 ) -> Mocks:
-    """Read mocks: a file, or its content as text of several lines or as a mapping; raises MocksError with every mistake.
+    """Read mocks: a file, or its content as text of several lines or in braces, or as a mapping; raises MocksError with every mistake.
 
     With `keep` the mistakes of a file whose tree is known are kept, for `check_matches` to raise together with its own.
 
@@ -67,7 +67,7 @@ def read_mocks(
         if isinstance(given, Mapping):
             written = WrittenMocks({"format": FORMAT, **given})
             text, arrays = written.text, MockArrays(Path(), written.arrays)
-        elif isinstance(given, str) and "\n" in given:
+        elif isinstance(given, str) and ("\n" in given or given.lstrip().startswith("{")):
             text = given
         else:
             path = Path(given)

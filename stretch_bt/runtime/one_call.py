@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.source import did_you_mean
+from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Document, Signature
 from stretch_bt.tree.headings import FORMAT
@@ -21,7 +21,7 @@ from stretch_bt.tree.port import Role
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import example
+from stretch_bt.tree.values import Refused, example, literal
 from stretch_bt.units import Estimate, is_number, parse_time, plain_number
 
 __all__ = ["MODIFIERS", "Called", "OneCall", "called", "names"]
@@ -210,6 +210,8 @@ class OneCall:
             self.written[name] = f"{seconds!r} s" if name == "timeout" else str(value)
         elif type_.is_record:
             self.values[name] = self._record(name, value, type_)
+        elif name in self.target.inouts:
+            self.values[name] = self._si(name, value, type_)
         else:
             self.written[name] = self._literal(name, value, type_)
             beside = f"{name}_sd"
@@ -232,13 +234,27 @@ class OneCall:
             return value if isinstance(value, bool | int | float) else self._wrong(name, value, type_)
         return f"{float(value)!r} {type_.kind.si_unit}" if is_number(value) else self._wrong(name, value, type_)
 
+    def _si(self, name: str, value: Any, type_: Type) -> Any:
+        """Return a value as a key holds it."""
+        if isinstance(value, Estimate):
+            return value
+        value = self._literal(name, value, type_)
+        if isinstance(value, list) and type_.item is not None:
+            return [self._si(name, item, type_.item) for item in value]
+        if not isinstance(value, str):
+            return value
+        try:
+            return literal(Scalar(value, type_.kind is None, Mark(self.target.name, 1, 1)), type_, name)
+        except Refused as refused:
+            raise InvalidInput(f"{self.target.name}: {refused.diagnostic.message}") from None
+
     def _wrong(self, name: str, value: Any, type_: Type) -> str:
         unit = f", a number in {type_.kind.si_unit} or text with a unit" if type_.kind else ""
         raise InvalidInput(f"{self.target.name}: {name} takes {type_}{unit}, not {shown(value)[:80]}")
 
     def _text(self, devices: Mapping[str, str]) -> str:
         ports = {n: v for n, v in self.written.items() if n not in MODIFIERS}
-        ports |= {name: f"${name}" for name in (*self.values, *self.target.outs)}
+        ports |= {name: f"${name}" for name in (*self.values, *self.target.outs, *self.target.inouts)}
         body = {self.target.name: ports or None} | {n: self.written[n] for n in MODIFIERS if n in self.written}
         absent = [name for name in self.target.inouts if name not in self.values]
         tree = {
@@ -248,7 +264,14 @@ class OneCall:
             "sequence": [body],
         }
         file = {"format": FORMAT, "imports": self.target.imports, "devices": dict(devices), "trees": {ENTRY: tree}}
-        return yaml.safe_dump(_without_nothing(file), sort_keys=False, allow_unicode=True, width=10_000)
+        return yaml.dump(_without_nothing(file), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10_000)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes nothing after the name of a node that has no ports, where null would be an error."""
+
+
+_Dumper.add_representer(type(None), lambda dumper, _: dumper.represent_scalar("tag:yaml.org,2002:null", ""))
 
 
 def _without_nothing(value: Any) -> Any:

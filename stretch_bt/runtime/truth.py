@@ -15,6 +15,7 @@ from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.flow.set_keys import Copy, SetKeysNode
 from stretch_bt.tree.port import Port
+from stretch_bt.tree.series import errors_of
 from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
@@ -139,10 +140,17 @@ def output_values(
         if declared.scene and name in truths:
             values[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}
         elif cell.value is not MISSING and (succeeded or cell.writer):
-            values[name] = {"value": _scaled(cell.value, scale), "unit": unit, "sd": _scaled(cell.sd, scale)}
+            sd = cell.sd if cell.sd is not None else _of_entries(cell.value)
+            values[name] = {"value": _scaled(cell.value, scale), "unit": unit, "sd": _scaled(sd, scale)}
         if name in truths:
             known[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}
     return values, known
+
+
+def _of_entries(value: Any) -> list[float | None] | None:
+    """Return the standard deviations of a list that a loop collected; None where no entry has one."""
+    found = list(errors_of(value)) if isinstance(value, list) else []
+    return found if any(sd is not None for sd in found) else None
 
 
 def shown_in(declared: Declared) -> tuple[str, float]:

@@ -23,6 +23,7 @@ from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.made import made
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.units import Estimate
 
 __all__ = ["NodeResult", "tick_node"]
 
@@ -42,7 +43,7 @@ class NodeResult:
         Why it did not succeed.
     outputs
         What it wrote, by port, SI; a number with a deviation is an Estimate, and None is an output that it left absent. Each is an
-        attribute of the result too.
+        attribute of the result too, and so is the deviation of `x` as `x_sd`.
     ticks, seconds
         How many ticks it took, and s of virtual time.
     broken
@@ -58,6 +59,9 @@ class NodeResult:
 
     def __getattr__(self, name: str) -> Any:
         outputs = self.__dict__.get("outputs", {})
+        of = name.removesuffix("_sd")
+        if name not in outputs and of != name and isinstance(outputs.get(of), Estimate):
+            return outputs[of].sd
         if name not in outputs:
             wrote = f"it wrote {', '.join(outputs)}" if outputs else "it wrote nothing"
             ended = f"; it ended with {self.status}: {self.reason}" if self.__dict__.get("reason") else ""

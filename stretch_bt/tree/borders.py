@@ -91,7 +91,9 @@ class Borders(HeadingReader):
         if not self.good_name(name, "key"):
             return
         first = tree.declared(name.text)
-        if first is not None:
+        if table is tree.keys and first is not None and first.listed and first is tree.outs.get(name.text):
+            tree.outs[name.text] = self._declarations.read(name, spec, "key")
+        elif first is not None:
             message = f"${name.text} is declared twice (first on line {first.mark.line})"
             self.error(name.mark, "key-duplicate", message, "keep one")
         elif name.text in self.doc.devices:
@@ -99,7 +101,7 @@ class Borders(HeadingReader):
         else:
             more = ("scene",) if table is tree.outs and tree.name == "main" else ()
             declared = self._declarations.read(name, spec, "key", more)
-            declared.listed = table in (tree.ins, tree.inouts) and is_nothing(spec)
+            declared.listed = table is not tree.keys and is_nothing(spec)
             table[name.text] = declared
 
 

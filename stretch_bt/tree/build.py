@@ -190,7 +190,8 @@ class Builder:
         if isinstance(part, Leaf):
             types, keys = part.info.outputs | part.info.inouts, part.outputs | part.inouts
         elif isinstance(part, Call):
-            types = {name: d.type for name, d in (part.target.outs | part.target.inouts).items()}
+            given = part.target.outs | part.target.deviations | part.target.inouts
+            types = {name: d.type for name, d in given.items()}
             keys = part.outputs | part.inouts
         else:
             names = {key: self.frame.scope.signature.declared(key) for key, _, _ in part.writes()}
@@ -342,15 +343,18 @@ class Builder:
         frame = _Frame(part.target, path, devices=self.frame.devices | given)
         for declared in part.target.ins.values():
             frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
-        private = [d for d in part.target.outs.values() if d.name not in part.outputs]
+        taken = {d.name: self.taken(part, d, path) for d in part.target.outs.values()}
+        private = [d for d in part.target.outs.values() if taken[d.name] is None]
         private += [d for d in part.target.inouts.values() if d.name not in part.inouts]
         for name, (key, _) in part.inouts.items():
             frame.cells[name] = self.cell(key)
         shared = [(frame.cells[n], part.target.inouts[n]) for n in part.inouts]
         defaults = [(cell, d.default) for cell, d in shared if d.has_default and not d.may_be_absent]
         relays = []
-        for declared in (d for d in part.target.outs.values() if d.name in part.outputs):
-            wired = frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+        for declared in part.target.outs.values():
+            if (wired := taken[declared.name]) is None:
+                continue
+            frame.cells[declared.name] = wired
             if declared.has_default or declared.bounded:
                 inner = frame.cells[declared.name] = _cell_of(declared, f"{path}/{declared.name}")
                 relays.append(Relay(inner, wired, declared.default if declared.has_default else MISSING))
@@ -362,6 +366,14 @@ class Builder:
         finally:
             self.frame = outer
         return CallNode(path, child, local, finish, defaults, relays)
+
+    def taken(self, part: Call, declared: Declared, path: str) -> Cell | None:
+        """Return the cell of an output that the caller takes, or takes the deviation of; None of any other."""
+        value, sd = part.outputs.get(declared.name), part.outputs.get(f"{declared.name}_sd")
+        if f"{declared.name}_sd" in part.target.outs:
+            sd = None  # an output of its own
+        cell = None if value is None else self.cell(value[0])
+        return cell if sd is None else tee(cell or Cell(f"{path}/{declared.name}"), self.cell(sd[0]))
 
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""

@@ -31,13 +31,14 @@ _DEFAULT = "default"
 class Cell:
     """Where a key's value lives during a run, with its standard deviation."""
 
-    __slots__ = ("blocked", "listener", "name", "sd", "value", "writer")
+    __slots__ = ("blocked", "listener", "name", "sd", "value", "writer", "writes")
 
     def __init__(self, name: str, value: Any = MISSING) -> None:
         self.name = name
         self.value = value
         self.sd: float | None = None
         self.writer = ""
+        self.writes = 0  # how often it was written, or left without a value by a node
         self.blocked = ""  # why nothing may ever write it
         self.listener: Callable[[Cell], None] | None = None
 
@@ -84,6 +85,7 @@ class Cell:
             self.sd = None
         self.value = value
         self.writer = writer
+        self.writes += 1
         if self.listener is not None:
             self.listener(self)
 
@@ -97,6 +99,7 @@ class Cell:
     def unset(self, writer: str = "") -> None:
         """Leave the key without a value, as a node does that writes None to an output that may be absent."""
         self.value, self.sd, self.writer = MISSING, None, writer
+        self.writes += 1
         if self.listener is not None:
             self.listener(self)
 

@@ -43,8 +43,8 @@ class Declared:
     own_bounds: tuple[float | None, float | None] = (None, None)
     doc: str = ""
     scene: bool = False
-    doubtful: bool = False  # whether its declaration is wrong, which was noted
-    #: whether it is a bare name of a list, whose type, bounds and default follow from the ports that it reaches
+    doubtful: bool = False  # whether what is declared is wrong, which was noted
+    #: whether it is a bare name: type, bounds and default of an input follow from the ports that it reaches, of an output `keys:` may give them
     listed: bool = False
     may_be_absent: bool = False  # an input: each port that it reaches keeps its own default where no caller gives it
     inferred: bool = False  # a key that no one declared; `mark` is its first writer
@@ -95,6 +95,13 @@ class Signature:
     def declared(self, name: str) -> Declared | None:
         """Return what crosses the border, or the key, of this name."""
         return self.ins.get(name) or self.inouts.get(name) or self.outs.get(name) or self.keys.get(name)
+
+    @property
+    def deviations(self) -> dict[str, Declared]:
+        """The outputs of which a caller may also take the standard deviation, by the name `<output>_sd`."""
+        numbers = (out for out in self.outs.values() if out.type.is_number and not out.scene)
+        found = {f"{out.name}_sd": out for out in numbers}
+        return {n: out for n, out in found.items() if self.declared(n) is None and n not in self.document.params}
 
     @property
     def names(self) -> list[str]:

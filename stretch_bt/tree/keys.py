@@ -73,10 +73,14 @@ class _Keys:
             own = place.given.get("keys") if place.word.text in _LOOPS else None
             for key, spec in own if isinstance(own, Map) else ():
                 first = self.signature.declared(key.text)
-                if first is not None:
+                if not _NAME.fullmatch(key.text):
+                    message = f"{key.text!r} cannot be the name of a key"
+                    self.found.append(key.mark.error("name", message, "use letters a to z, digits and _"))
+                elif first is not None:
                     message = f"${key.text} is declared twice (first on line {first.mark.line})"
                     self.found.append(key.mark.error("key-duplicate", message, "keep one"))
                 else:
+                    self.check_name(KeyWriter(key.text, key.mark))
                     self.signature.keys[key.text] = declarations.read(key, spec, "key")
 
     # --- inputs
@@ -176,6 +180,7 @@ class _Keys:
     def left_out(self) -> Iterator[KeyWriter]:
         """Yield the writers of records that the file leaves out, where the tree reads them."""
         first: dict[str, Place] = {}
+        named = self.named_as_ports()
         for place in self.places:
             ports = self.ports.at(place)
             for port, type_ in ports.outputs.items():
@@ -195,8 +200,26 @@ class _Keys:
                     )
                     hint = f"name it where it is wanted: '{{{port}}}', and give the other one a key of its own"
                     self.found.append(place.word.mark.error("record-ambiguous", message, hint))
+                elif port in named and named[port].word.text != place.word.text:
+                    word = named[port].word
+                    what = f"{place.word.text!r} gives {port!r} too, and {word.text!r} (line {word.mark.line}) names it"
+                    message = f"{what}: one of them writes over ${port} of the other"
+                    hint = f"write '{{{port}}}' if it shall, or give one of them a key of its own"
+                    self.found.append(place.word.mark.warning("record-written-over", message, hint))
                 self.signature.left_out.add(port)
                 yield KeyWriter(port, place.word.mark, type_)
+
+    def named_as_ports(self) -> dict[str, Place]:
+        """Return the first place that names each record which it gives, and writes it to the key of that name."""
+        found: dict[str, Place] = {}
+        for place in self.places:
+            ports = self.ports.at(place)
+            for port, type_ in ports.outputs.items():
+                given = place.given.get(port)
+                named = given is not None and (is_nothing(given) or _is(given, port))
+                if named and type_.is_record and port not in ports.over:
+                    found.setdefault(port, place)
+        return found
 
     def takes(self, name: str, type_: Type) -> bool:
         """Whether a record that is left out is written: something reads its name, and the name is no other thing."""
@@ -234,6 +257,10 @@ class _Keys:
             return
         self.clashes.add(name)
         self.found.append(writer.mark.error("key-duplicate", message, "rename one of them"))
+
+
+def _is(given: Value, name: str) -> bool:
+    return isinstance(given, Scalar) and given.text == f"${name}"
 
 
 def _needed(written_over: bool, reached: list[PlacePort]) -> bool:

@@ -85,7 +85,10 @@ class _LostErrors:
             if _may(name, leaf.info.outputs[name])
         }
         found |= {
-            key for call in calls for name, (key, _) in call.outputs.items() if _may(name, call.target.outs[name].type)
+            key
+            for call in calls
+            for name, (key, _) in call.outputs.items()
+            if name in call.target.outs and _may(name, call.target.outs[name].type)
         }
         self.carrying = found
         while True:  # what a `set` hands on, also what it took from another one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing
+from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing, is_null
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Param, Signature
 from stretch_bt.tree.flow import Call, Leaf, Part
@@ -26,8 +26,13 @@ class NodeWiring(Wiring):
         """Return the wiring written after a name; nothing written means none."""
         if isinstance(value, Map):
             return value
-        if isinstance(value, Scalar) and value.value is None and not value.quoted:
+        if is_nothing(value):
             return Map((), mark)
+        if is_null(value):
+            self.error(
+                value.mark, "value-missing", f"{what!r} is given null", "write its ports, or nothing after the colon"
+            )
+            return None
         given = value.text if isinstance(value, Scalar) and len(required) == 1 else "..."
         ports = ", ".join(f"{name}: {given}" for name in required) or "port: value"
         self.error(value.mark, "type-mismatch", f"{what!r} takes a mapping of ports", f"write '{what}: {{{ports}}}'")
@@ -250,7 +255,8 @@ class NodeWiring(Wiring):
         found = Call(mark, target, devices=devices)
         required += [d.name for d in target.inouts.values() if not d.has_default]
         params = target.document.params if target.document.reread is not None else ()
-        known = [*target.ins, *target.inouts, *target.outs, *params]
+        deviations = target.deviations
+        known = [*target.ins, *target.inouts, *target.outs, *deviations, *params]
         meant = self.unknown(ports, target.name, known, required)
         for key, value_given in ports:
             given = self.full(key, value_given)
@@ -264,8 +270,8 @@ class NodeWiring(Wiring):
             elif key.text in target.outs and target.outs[key.text].scene:
                 message = f"the scene alone knows {key.text!r} of {target.name!r}, and no tree may read it"
                 self.error(key.mark, "output-of-scene", message, "leave it out")
-            elif key.text in target.outs:
-                self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
+            elif (out := target.outs.get(key.text) or deviations.get(key.text)) is not None:
+                self.sink(found.outputs, key, given, out.type, f"{target.name}.{key.text}")
         self.records_in(found, {d.name: (d.type, not d.has_default) for d in target.ins.values()}, ports, mark)
         self.records_out(found, {d.name: d.type for d in target.outs.values() if not d.scene}, ports, mark)
         self.records_both(found, {d.name: d.type for d in target.inouts.values()}, ports, mark)

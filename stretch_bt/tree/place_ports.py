@@ -38,7 +38,8 @@ class Ports:
 def _of_tree(tree: Signature) -> Ports:
     borders = (*tree.ins.values(), *tree.inouts.values())
     given = {d.name: PlacePort(d.type, d.min, d.max, not d.has_default, d) for d in borders}
-    return Ports(given, {d.name: d.type for d in (*tree.outs.values(), *tree.inouts.values())}, tree.inouts)
+    taken = {d.name: d.type for d in (*tree.outs.values(), *tree.inouts.values())}
+    return Ports(given, taken | {name: out.type for name, out in tree.deviations.items()}, tree.inouts)
 
 
 def _of_node(info: NodeInfo) -> Ports:

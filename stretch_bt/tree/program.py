@@ -14,6 +14,7 @@ from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.kept_out_records import kept_out_records
 from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.known_values import known_values
 from stretch_bt.tree.lost_errors import lost_errors
@@ -234,6 +235,7 @@ class _Checker:
             understood = body.signature.document.file not in wrong
             self.found += check_flow(body.signature, body.part, extras, body.writers, understood=understood)
             self.found += (*lost_errors(body), *shared_records(body), *known_values(body))
+            self.found += kept_out_records(body, self.program.bodies)
 
     def check_params(self) -> None:
         """Warn of each param that nothing reads, where all was understood."""

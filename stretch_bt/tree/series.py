@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import Absent, NoAnswer
 from stretch_bt.units import Estimate
 
-__all__ = ["LIST_FUNCTIONS", "Series"]
+__all__ = ["LIST_FUNCTIONS", "Series", "entries", "errors_of"]
 
 _OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over the mean's, of many normal values
 
@@ -23,7 +23,8 @@ class Series(list[Any]):
         self.sds = list(sds)
 
 
-def _sds(values: Sequence[Any]) -> Sequence[float | None]:
+def errors_of(values: Sequence[Any]) -> Sequence[float | None]:
+    """Return the standard deviation of each entry, None where it has none."""
     found: Sequence[float | None] = getattr(values, "sds", ())
     return found if len(found) == len(values) else [None] * len(values)
 
@@ -40,7 +41,7 @@ def _with(value: float, sd: float | None) -> float:
 
 def _average_sd(values: Sequence[float], factor: float) -> float | None:
     """Return the error of an average: from the entries' own errors or from how they scatter, whichever is larger."""
-    n, sds = len(values), _sds(values)
+    n, sds = len(values), errors_of(values)
     own = math.sqrt(sum(sd * sd for sd in sds if sd is not None)) / n if None not in sds else None
     spread = statistics.stdev(values) if n > 1 else 0.0  # values that are all the same say nothing of their error
     scatter = spread / math.sqrt(n) * _student(n - 1) if spread > 0 else None
@@ -64,8 +65,13 @@ def _median(values: Sequence[float]) -> float:
 
 
 def _entry(values: Sequence[Any], index: int) -> Any:
-    sd = _sds(values)[index]
+    sd = errors_of(values)[index]
     return values[index] if sd is None else Estimate(values[index], sd)
+
+
+def entries(values: Sequence[Any]) -> list[Any]:
+    """Return the entries, those with a standard deviation as Estimates."""
+    return [value if sd is None else Estimate(value, sd) for value, sd in zip(values, errors_of(values), strict=True)]
 
 
 def _argmin(values: Sequence[float]) -> int:
@@ -84,7 +90,7 @@ def _at(values: Sequence[Any], index: int) -> Any:
 
 def _sort(values: Sequence[float]) -> Series:
     order = sorted(range(len(values)), key=values.__getitem__)
-    sds = _sds(values)
+    sds = errors_of(values)
     return Series([values[i] for i in order], [sds[i] for i in order])
 
 

@@ -36,7 +36,7 @@ def describe_shared(signature: Signature) -> dict[str, Any]:
         "doc": signature.doc,
         "module": signature.document.file,
         "inputs": [_entry(d, d.name, not d.has_default) for d in signature.ins.values()],
-        "outputs": [entry for d in signature.outs.values() for entry in _written(d)],
+        "outputs": [entry for d in signature.outs.values() for entry in _written(d, signature)],
         "inouts": [_entry(d, d.name, not d.has_default) for d in signature.inouts.values()],
         "devices": [],
         "records": records_of(
@@ -45,9 +45,9 @@ def describe_shared(signature: Signature) -> dict[str, Any]:
     }
 
 
-def _written(declared: Declared) -> list[dict[str, Any]]:
+def _written(declared: Declared, signature: Signature) -> list[dict[str, Any]]:
     """Return an output, and its standard deviation where it is a number."""
-    names = [declared.name, *([f"{declared.name}_sd"] if declared.type.is_number else [])]
+    names = [declared.name, *(name for name, out in signature.deviations.items() if out is declared)]
     return [_entry(declared, name, False) for name in names]
 
 

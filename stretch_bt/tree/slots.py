@@ -95,6 +95,7 @@ class _NumberSlot(_OutputSlot):
             cell.value = value
             cell.sd = None
             cell.writer = node.path
+            cell.writes += 1
             if cell.listener is not None:
                 cell.listener(cell)
         else:

@@ -30,7 +30,11 @@ _LITERAL = re.compile(
 #: text that is no number and yet has a unit, from which the quantity is known
 _NO_NUMBER = re.compile(r"\s*[-+]?\.?(?:nan|inf|infinity)\s*([^\W\d_]\S*)\s*", re.IGNORECASE)
 
+#: a name as it stands in text
+NAMED = re.compile(r"\$[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
+
 __all__ = [
+    "NAMED",
     "Refused",
     "braces",
     "check_bounds",

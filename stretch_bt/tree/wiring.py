@@ -19,6 +19,7 @@ from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import NONE, Family, Type
 from stretch_bt.tree.values import (
+    NAMED,
     Refused,
     braces,
     check_bounds,
@@ -234,7 +235,7 @@ class Wiring:
     @staticmethod
     def is_expression(value: Scalar, type_: Type) -> bool:
         """Whether a scalar is to be read as an expression rather than as a literal."""
-        if type_.family in (Family.STR, Family.ENUM) and not value.text.startswith("$"):
+        if type_.family in (Family.STR, Family.ENUM) and not NAMED.fullmatch(value.text):
             return False
         return reads_as_expression(value)
 

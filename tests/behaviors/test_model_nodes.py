@@ -93,6 +93,15 @@ def test_the_nearest_stretch_will_do_where_that_is_wanted(force: float, most: fl
     assert (node.status, found.value) == (Status.SUCCESS, stretch)
 
 
+def test_no_stretch_above_the_largest_is_chosen() -> None:
+    press = {"radius": 0.01, "depth": 0.008}
+    force = run("predict_force", **press, stretch=0.06)[1].value
+    node, _ = run("choose_stretch", **press, force=force, max_stretch=0.03)
+    assert (node.status, "60 mm, above 30 mm" in node.reason) == (Status.FAILURE, True), node.reason
+    node, found = run("choose_stretch", **press, force=force, max_stretch=0.03, nearest=True)
+    assert (node.status, found.value) == (Status.SUCCESS, 0.03)
+
+
 @given(radius=radii, stretch=stretches, depth=depths, sd=st.floats(1e-5, 1e-3))
 def test_the_error_of_a_force_grows_with_those_of_radius_and_depth(
     radius: float, stretch: float, depth: float, sd: float

@@ -91,6 +91,8 @@ class Model:
             for declared in table.values() if entry is not None else ():
                 default = as_text(declared.default, declared.type) if declared.has_default else None
                 _port(entry, tag, declared.name, declared.type.name, declared.doc, default)
+        for name, declared in signature.deviations.items() if entry is not None else ():
+            _port(entry, "output_port", name, declared.type.name, f"standard deviation of {declared.name}", None)
 
     def _entry(self, tag: str, name: str) -> ET.Element | None:
         """Return a new entry, or None when there is one of this name."""

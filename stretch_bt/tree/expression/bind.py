@@ -9,9 +9,10 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from stretch_bt.errors import Absent, InvalidInput
-from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Call, Constant, Expression, Name, Unary
 from stretch_bt.tree.series import LIST_FUNCTIONS
 from stretch_bt.tree.types import NONE, Family
+from stretch_bt.units import Estimate
 
 __all__ = ["Environment", "bind"]
 
@@ -98,11 +99,22 @@ def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
     if expression.operator == "or":
         return lambda: left() or right()
     function = _BINARY[expression.operator]
-    if NONE in (expression.left.type, expression.right.type):
-        left, right = _or_none(left), _or_none(right)
+    if expression.operator in EQUALITIES:
+        asks = NONE in (expression.left.type, expression.right.type)
+        left, right = _compared(expression.left, left, asks), _compared(expression.right, right, asks)
     if expression.operator in _ARITHMETIC:
         return lambda: _finite(expression.operator, function, left(), right())
     return lambda: function(left(), right())
+
+
+def _compared(side: Expression, read: Thunk, asks: bool) -> Thunk:
+    """Return what gives a side of `==`: its value without its error; None for an absent name, or for anything absent where `none` `asks`."""
+    plain = (lambda: _without_error(read())) if side.type.is_number and isinstance(side, Name | Call) else read
+    return _or_none(plain) if asks or isinstance(side, Name) else plain
+
+
+def _without_error(value: Any) -> Any:
+    return float(value) if type(value) is Estimate else value
 
 
 def _or_none(read: Thunk) -> Thunk:

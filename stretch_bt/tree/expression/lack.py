@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 
-from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Call, Constant, Expression, Name, Unary
 from stretch_bt.tree.types import NONE
 
 __all__ = ["may_lack"]
@@ -23,8 +23,13 @@ def may_lack(expression: Expression, absent: Container[str]) -> bool:
     if isinstance(expression, Unary):
         return may_lack(expression.operand, absent)
     if isinstance(expression, Binary):
-        asks = NONE in (expression.left.type, expression.right.type)  # whether it is none, which is an answer
-        return not asks and (may_lack(expression.left, absent) or may_lack(expression.right, absent))
+        sides: tuple[Expression, ...] = (expression.left, expression.right)
+        if (
+            expression.operator in EQUALITIES
+        ):  # that a name is none is an answer, and so is all else where it is asked for
+            asks = any(side.type == NONE for side in sides)
+            sides = tuple(side for side in sides if not (asks or isinstance(side, Name)))
+        return any(may_lack(side, absent) for side in sides)
     assert isinstance(expression, Call)
     of_list = expression.arguments[0].type.item is not None
     return (of_list and expression.function not in _ALWAYS) or any(may_lack(a, absent) for a in expression.arguments)

@@ -13,7 +13,7 @@ from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.tree.types import BOOL, FLOAT, INT, NONE, STR, Type, quantity
 from stretch_bt.units import NUMBER, parse_quantity
 
-__all__ = ["Binary", "Call", "Constant", "Expression", "ExpressionError", "Name", "Unary", "parse"]
+__all__ = ["EQUALITIES", "Binary", "Call", "Constant", "Expression", "ExpressionError", "Name", "Unary", "parse"]
 
 MAX_LENGTH = 1000
 MAX_TOKENS = 200
@@ -105,7 +105,8 @@ _BINDING = {
     "*": 60,
     "/": 60,
 }
-_COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
+EQUALITIES = ("==", "!=")
+_COMPARISONS = ("<", "<=", ">", ">=", *EQUALITIES)
 FUNCTIONS = {
     "abs": (1, 1),
     "min": (1, 8),

@@ -9,7 +9,16 @@ from typing import Protocol
 
 from stretch_bt.errors import Absent, StretchError
 from stretch_bt.source import did_you_mean
-from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, ExpressionError, Name, Unary
+from stretch_bt.tree.expression.parse import (
+    EQUALITIES,
+    Binary,
+    Call,
+    Constant,
+    Expression,
+    ExpressionError,
+    Name,
+    Unary,
+)
 from stretch_bt.tree.series import LIST_FUNCTIONS
 from stretch_bt.tree.types import BOOL, FLOAT, INT, NONE, Family, Type, attributes, quantity
 from stretch_bt.units import DIMENSIONLESS, unit_names
@@ -151,9 +160,9 @@ def _binary(expression: Binary, left: Type, right: Type) -> Type:
         _need_bool(expression.left, left)
         _need_bool(expression.right, right)
         return BOOL
-    if operator in ("==", "!=") and NONE in (left, right):
+    if operator in EQUALITIES and NONE in (left, right):
         return BOOL
-    if operator in ("==", "!=") and not left.is_number:
+    if operator in EQUALITIES and not left.is_number:
         if not (left.accepts(right) or right.accepts(left) or _same_text(left, right)):
             raise _error(expression, "type-mismatch", f"{left} is compared with {right}", "compare values of one type")
         _known_option(expression, left, right)

@@ -14,6 +14,7 @@ from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, failed_pass
 from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
+from stretch_bt.tree.series import entries
 from stretch_bt.tree.types import list_of
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ class ForEachNode(FlowNode):
 
     def begin(self) -> None:
         """Take the list as it is now."""
-        self.remaining = list(self.items())
+        self.remaining = entries(self.items())
         self.count = len(self.remaining)
         self.keys.begin()
 

@@ -10,7 +10,7 @@ from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
-from stretch_bt.tree.series import Series
+from stretch_bt.tree.series import Series, errors_of
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -119,6 +119,7 @@ class PassKeys:
     ) -> None:
         self.path, self.index, self.pairs, self.own = path, index, pairs, own
         self.begun = 0  # passes, of all that the loop ever started
+        self.before: list[int] = []  # how often each collected key had been written as the pass began
 
     def begin(self) -> None:
         """Start the loop: its own keys are fresh, its lists empty."""
@@ -132,17 +133,16 @@ class PassKeys:
         self.begun += 1
         if self.index is not None:
             self.index.write(number, self.path)
-        for _, source in self.pairs:
-            source.writer = ""
+        self.before = [source.writes for _, source in self.pairs]
 
     def end(self) -> None:
-        """Take the values that a pass wrote, if it wrote all that are collected."""
-        sources = [source for _, source in self.pairs]
-        if not all(source.writer and source.value is not MISSING for source in sources):
-            return
+        """Take what a pass wrote, if it wrote all that is collected."""
+        for (_, source), before in zip(self.pairs, self.before, strict=True):
+            if source.writes == before or source.value is MISSING:
+                return
         for target, source in self.pairs:
-            values, sds = list(target.value), list(target.value.sds)
-            target.write(Series([*values, source.value], [*sds, source.error()]), self.path)
+            held = [] if target.value is MISSING else target.value
+            target.write(Series([*held, source.value], [*errors_of(held), source.error()]), self.path)
 
 
 def passes_schema() -> dict[str, Schema]:

@@ -10,11 +10,12 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing
+from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing, is_null
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, ref
+from stretch_bt.tree.values import braces
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
@@ -61,6 +62,15 @@ class SetKeys(Part):
                 reader.error(
                     key.mark, "value-missing", f"'set' gives ${name} no value", f"write '{key.text}: ...', or 'none'"
                 )
+                continue
+            if is_null(given):
+                reader.error(
+                    given.mark, "value-missing", f"'set' gives ${name} null", f"write '{key.text}: none', or a value"
+                )
+                continue
+            if isinstance(given, Map):
+                hint = braces(given) or "write a value, or an expression in quotes"
+                reader.error(given.mark, "type-mismatch", f"'set' gives ${name} a value, not a mapping", hint)
                 continue
             wire = reader.set_value(given, declared, key.text)
             if wire is not None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.errors import Absent
+from stretch_bt.errors import NoAnswer
 from stretch_bt.source import Scalar
 from stretch_bt.tree.flow.base import Wire
 from stretch_bt.tree.types import ANY, Family, Type
+from stretch_bt.tree.values import NAMED
 from stretch_bt.units import format_quantity
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from stretch_bt.tree.reader import Reader
 
 __all__ = ["Text", "read_text"]
-
-_NAME = re.compile(r"\$[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 
 
 @dataclass(slots=True)
@@ -45,7 +43,7 @@ class Text:
 def read_text(reader: Reader, value: Scalar) -> Text:
     """Read a text; a name in it that means nothing is an error at its place."""
     found, end = Text(value.text), 0
-    for match in _NAME.finditer(value.text):
+    for match in NAMED.finditer(value.text):
         mark = value.mark.shifted(match.start() + value.quoted, len(match[0]))
         wire = reader.expression(Scalar(match[0], False, mark), ANY, "the text")
         if wire is not None:
@@ -63,7 +61,7 @@ def _said(piece: str | Wire, builder: Builder) -> Callable[[], str]:
     def say() -> str:
         try:
             return _shown(read(), type_)
-        except Absent:
+        except NoAnswer:
             return "none"
 
     return say

@@ -37,10 +37,11 @@ def call_schema(tree: Signature) -> Schema:
         d.name: short({"description": _sentence(d.doc, [d.type.name]), **described(wired(d.type))})
         for d in tree.ins.values()
     }
-    written = (*tree.inouts.values(), *tree.outs.values())
+    docs = {d.name: (d.doc, d.type) for d in (*tree.inouts.values(), *tree.outs.values())}
+    docs |= {name: (f"standard deviation of {d.name}", d.type) for name, d in tree.deviations.items()}
     outs = {
-        d.name: short({"description": _sentence(d.doc, [d.type.name, "output"]), **described(ref("key"))})
-        for d in written
+        name: short({"description": _sentence(doc, [type_.name, "output"]), **described(ref("key"))})
+        for name, (doc, type_) in docs.items()
     }
     needed = [d.name for d in tree.ins.values() if not d.has_default and not d.type.is_record]
     return {
