@@ -128,6 +128,9 @@ def _reason(error: Exception, reason: str) -> str:
 class StretchError(Exception):
     """Base of every error raised on purpose."""
 
+    #: folder of the record of a run that it ended before the first tick
+    record: str | None = None
+
 
 class FileError(StretchError):
     """A file is wrong; `.diagnostics` says where and what to write instead."""

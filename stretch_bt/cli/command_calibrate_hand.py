@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stretch_bt.cli.looking import SCENE
 from stretch_bt.cli.output import emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from stretch_bt.clock import Clock
     from stretch_bt.hardware.cell_file import CellSpec
+    from stretch_bt.hardware.driver import Driver
     from stretch_bt.runtime.hand_calibration import HandCalibration
 
 __all__ = ["command"]
@@ -24,15 +27,14 @@ def command(
     out: Annotated[Path, typer.Option(help="Write the calibration into this file, which must not be there.")] = Path(
         "hand.yaml"
     ),
-    scene: Annotated[str | None, typer.Option(help="What a simulated cell simulates.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of everything random in a simulation.", min=0)] = 0,
+    scene: Annotated[str, typer.Option(help="What a simulated cell simulates.")] = SCENE,
+    seed: Annotated[int, typer.Option(help="Of everything random in a simulation.", min=0)] = 0,
     stops: Annotated[int, typer.Option(help="Openings at which to look.", min=3, max=30)] = 6,
     frames: Annotated[int, typer.Option(help="Frames to average at each.", min=1, max=256)] = 16,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask: the hand is free, and fingers may move.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Find where the camera stands in the hand, and which opening a count of the gripper is: the membrane is stretched and looked at."""
-    from stretch_bt.clock import Clock, RealClock, VirtualClock
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.hand_file import written
@@ -45,18 +47,17 @@ def command(
         raise InvalidInput(
             f"{out}: {'it is there already' if out.exists() else 'there is no such folder'}; name another file with --out"
         )
-    if spec.simulated and scene is None:
-        raise InvalidInput("a simulated cell needs a scene; name one with --scene")
     wanted = hand_devices(spec)
-    if not (yes or spec.simulated):
+    classes = [spec.devices[name].implementation.cls for name in wanted]
+    if not (yes or classes[0].simulated):
         low, high = spec.span("stretch")
         way = f"from {1e3 * max(low, 0.0):.0f} to {1e3 * high:.0f} mm"
         text = f"The fingers will stretch the membrane {way}. Does it touch nothing, and is everybody clear of it?"
         typer.confirm(text, abort=True, err=True)
-    clock: Clock = VirtualClock() if spec.simulated else RealClock()
-    simulates = load_scene(scene) if spec.simulated and scene else None
+    clock = _clock(classes)
+    simulates = load_scene(scene) if any(cls.simulated for cls in classes) else None
     found = use_cell(
-        lambda: open_cell(spec, now=clock.now, seed=seed, scene=simulates, only=wanted),
+        lambda: open_cell(spec, clock=clock, seed=seed, scene=simulates, only=wanted),
         lambda opened: calibrate_hand(
             opened, clock, stops=stops, frames=frames, said=lambda text: typer.echo(text, err=True)
         ),
@@ -65,6 +66,15 @@ def command(
     with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
         file.write(written(fields))
     emit_json(fields) if json_ else _show(fields, out)
+
+
+def _clock(classes: list[type[Driver]]) -> Clock:
+    """Return the machine's clock where a device is real, mixed where another is simulated, else one that goes as fast as is computed."""
+    from stretch_bt.clock import MixedClock, RealClock, VirtualClock
+
+    if all(cls.any_clock for cls in classes):
+        return VirtualClock()
+    return MixedClock() if any(cls.simulated for cls in classes) else RealClock()
 
 
 def _fields(found: HandCalibration, spec: CellSpec, frames: int) -> dict[str, Any]:

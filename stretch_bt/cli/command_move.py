@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.looking import AsJson
+from stretch_bt.cli.looking import SCENE, AsJson
 from stretch_bt.cli.looking import Cell as CellName
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_INTERRUPTED, exit_code, print_findings
 from stretch_bt.cli.quantities import quantity_of
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-_SCENE = "water_balloon"
-
 
 def command(
     cell: CellName,
@@ -30,7 +28,7 @@ def command(
     ] = None,
     speed: Annotated[str, typer.Option("--speed", help="Speed of the hand.")] = "5mm/s",
     device: Annotated[str | None, typer.Option("--device", help="Which arm, where the cell has several.")] = None,
-    scene: Annotated[str, typer.Option(help="What a simulated cell simulates.")] = _SCENE,
+    scene: Annotated[str, typer.Option(help="What a simulated cell simulates.")] = SCENE,
     yes: Annotated[
         bool, typer.Option("--yes", help="Do not ask: nothing is in the way, and nobody is near the arm.")
     ] = False,

@@ -42,11 +42,11 @@ def command(
 
     if name is not None and name not in (*known, *CONSTRUCTS):
         raise InvalidInput(f"there is no node {name!r}; {_meant(name, [*known, *CONSTRUCTS])}")
-    found = [described(key) for key in (known if name is None else [name])]
+    found = [described(key) for key in ((*known, *CONSTRUCTS) if name is None else [name])]
     if json_:
         emit_json(found)
     elif name is None:
-        _list(found, [described(key) for key in CONSTRUCTS])
+        _list(found)
     else:
         _one(found[0])
 
@@ -84,13 +84,13 @@ def _meant(name: str, known: list[str]) -> str:
     return did_you_mean(name, known) or "see `stretch-bt nodes`"
 
 
-def _list(nodes: list[dict[str, Any]], constructs: list[dict[str, Any]]) -> None:
+def _list(entries: list[dict[str, Any]]) -> None:
     from stretch_bt.tree.expression import FUNCTIONS
 
     console, table = Console(), Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("node", "kind", "what it does"):
         table.add_column(heading)
-    for entry in (*nodes, *constructs):
+    for entry in entries:
         table.add_row(entry["name"], entry["kind"], entry["doc"])
     console.print(table)
     console.print(f"\nFunctions in expressions: {', '.join(FUNCTIONS)}", highlight=False)

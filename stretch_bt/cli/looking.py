@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.hardware.finding import Finding
 
-__all__ = ["AsJson", "Cell", "Device", "look"]
+__all__ = ["SCENE", "AsJson", "Cell", "Device", "look"]
+
+SCENE = "water_balloon"  # of a simulated cell, where none is named
 
 Cell = Annotated[str, typer.Argument(help="A cell file, or the name of a shipped cell.")]
 Device = Annotated[str | None, typer.Option("--device", help="Only this one.")]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -103,7 +102,12 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -
 
 
 def _lines(file: str) -> list[str]:
-    path = Path(file)
+    from stretch_bt.tree.program import find_tree
+
+    try:
+        path = find_tree(file)[0]
+    except FileError:
+        return []
     try:
         return path.read_text("utf-8-sig").split("\n") if path.is_file() and path.stat().st_size < 2_000_000 else []
     except (OSError, UnicodeDecodeError):

@@ -203,12 +203,18 @@ def _read(driver: Driver, over: float) -> tuple[bool, str]:
     return longest < _SPARSE, detail
 
 
+def _opened(driver: GripperDriver, opening: float) -> str:
+    """Say where the fingers stand, with the gripper's own number of it, which its calibration needs."""
+    count = driver.count()
+    return f"opening {1e3 * opening:.1f} mm" + ("" if count is None else f", count {count}")
+
+
 def _reading(driver: Driver) -> tuple[Callable[[], Reading[Any]], Callable[[Any], str]]:
     """Return what to read of a driver, and how to say it."""
     if isinstance(driver, ArmDriver):
         return lambda: _pair(driver), lambda both: f"{_place(both[0])}; {_force(both[1])}"
     if isinstance(driver, GripperDriver):
-        return lambda: _sure(driver, "opening", driver.opening()), lambda opening: f"opening {1e3 * opening:.1f} mm"
+        return lambda: _sure(driver, "opening", driver.opening()), lambda opening: _opened(driver, opening)
     if isinstance(driver, DepthCameraDriver):
         return lambda: _sure(
             driver, "frame", driver.frame()

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.runtime.record import RunRecord
 
 __all__ = ["record_of_calls"]
 
 
-def record_of_calls(out: Path, cell: str, *, scene: str | None, seed: int) -> RunRecord:
+def record_of_calls(out: Path, spec: CellSpec, *, scene: str | None, seed: int) -> RunRecord:
     """Begin the record of all calls in a folder, which must be empty or absent.
 
     Raises
@@ -23,11 +24,11 @@ def record_of_calls(out: Path, cell: str, *, scene: str | None, seed: int) -> Ru
         The folder holds something, or cannot be written.
     """
     from stretch_bt.runtime.prepare import VERSIONS, versions
-    from stretch_bt.runtime.provenance import machine
+    from stretch_bt.runtime.provenance import machine, places_of
     from stretch_bt.runtime.record import RunRecord
 
     record = RunRecord(out)
-    name = Path(scene).name if scene else None
+    name, cell = Path(scene).name if scene else None, spec.path.name
     header: dict[str, Any] = {"tree": None, "calls": True, "seed": seed, "scene": name, "cell": cell, "keys": {}}
     about = {
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
@@ -37,5 +38,6 @@ def record_of_calls(out: Path, cell: str, *, scene: str | None, seed: int) -> Ru
         "versions": versions(*VERSIONS),
         "machine": machine(compiled=True),
     }
-    record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {**header, **about})
+    versioned = {**header, "versions": versions("stretch-bt", "py_trees", "numpy")}
+    record.start(versioned, {**header, **about}, places_of(spec))
     return record

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
+from dataclasses import replace
 from pathlib import Path
 
 from stretch_bt.arguments import check_arguments
 from stretch_bt.blame import own_code
-from stretch_bt.errors import Diagnostic, FileError, StretchError
+from stretch_bt.errors import Diagnostic, FileError, NodeError, StretchError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.runtime import mocks_file
@@ -101,7 +102,11 @@ def _mocks(path: Path) -> list[Diagnostic]:
     if program.errors:
         assert found.tree is not None
         return [tree_wrong(found.tree, str(tree), program, "these mocks cannot be checked")]
-    check_mocks(found, program)
+    try:
+        check_mocks(found, program)
+    except NodeError as error:
+        assert found.tree is not None
+        return [found.tree.mark.error("tree-wrong", str(error), "mend the class of the node, or mock the node")]
     return []
 
 
@@ -156,9 +161,17 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
 def check_file(path: str | Path) -> list[Diagnostic]:
     """Return the findings of one file, or of the shipped tree of that name."""
     try:
-        return _CHECKS[_format(path)](Path(path))
+        return _as_given(_CHECKS[_format(path)](Path(path)), path)
     except FileError as error:
-        return error.diagnostics
+        return _as_given(error.diagnostics, path)
+
+
+def _as_given(found: Iterable[Diagnostic], path: str | Path) -> list[Diagnostic]:
+    """Return findings with the name that the caller gave the file in place of the name that its reader has for it."""
+    called = {str(Path(path))}
+    with suppress(FileError):
+        called.add(find_tree(path)[1])
+    return [replace(finding, file=str(path)) if finding.file in called else finding for finding in found]
 
 
 def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagnostic]) -> list[Diagnostic]:
@@ -169,13 +182,13 @@ def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagno
     try:
         spec = load_cell(cell)
     except FileError as error:
-        return [d for d in error.diagnostics if d not in found]
+        return [d for d in _as_given(error.diagnostics, cell) if d not in found]
     beyond: list[Diagnostic] = []
     for path in paths:
         if _is_tree(path):
             program = load_program(path)
-            if not program.errors and "main" in program.document.trees:
-                beyond += beyond_cell(program, spec, path)
+            if not program.errors and "main" in program.document.trees and not _unmade(program):
+                beyond += _as_given(beyond_cell(program, spec, path), path)
     return beyond
 
 

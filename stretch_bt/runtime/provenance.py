@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stretch_bt.runtime.record.places import Places, usual_folders
 from stretch_bt.source import Map, Scalar
 from stretch_bt.threads import kernels
 from stretch_bt.tree.document import Document
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["choice_of", "driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
+__all__ = ["choice_of", "driver_modules", "effects_on", "machine", "others", "own_modules", "places_of", "processor"]
 
 
 def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
@@ -46,16 +47,33 @@ def driver_modules(spec: CellSpec | None) -> dict[str, dict[str, str | None]]:
 
 
 def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | None]]:
-    """Return what is known of the imported modules of some packages, and of those in a folder."""
+    """Return what is known of the imported modules of some packages, and of all modules in packages that stand in a folder.
+
+    The latter may be imported later, as by a node in its first tick.
+    """
     if not tops and home is None:
         return {}
-    found = {}
+    files, beside = dict[str, Path](), set[str]()
     for name, module in sorted(sys.modules.items()):
-        file = str(getattr(module, "__file__", None) or "")
-        beside = home is not None and home.name.casefold() in file.casefold() and Path(file).parent == home
-        if file.endswith(".py") and (beside or name.partition(".")[0] in tops):
-            found[name] = _about(Path(file))
-    return found
+        file, top = str(getattr(module, "__file__", None) or ""), name.partition(".")[0]
+        if not file.endswith(".py"):
+            continue
+        stands = home is not None and home.name.casefold() in file.casefold() and _stands_in(Path(file), home, top)
+        if stands or top in tops:
+            files[name] = Path(file)
+        if stands:
+            beside.add(top)
+    if home is not None:
+        for path in (path for top in sorted(beside) for path in sorted((home / top).rglob("*.py"))):
+            parts = path.relative_to(home).with_suffix("").parts
+            files.setdefault(".".join(parts[:-1] if parts[-1] == "__init__" else parts), path)
+    commits = {folder: _commit(folder) for folder in {file.parent for file in files.values()}}
+    return {name: _about(file, commits[file.parent]) for name, file in sorted(files.items())}
+
+
+def _stands_in(file: Path, home: Path, top: str) -> bool:
+    """Whether a module, or the package that it belongs to, stands in a folder; the folder may also be the one of this package."""
+    return top != __name__.partition(".")[0] and (file.parent == home or file.is_relative_to(home / top))
 
 
 def _named(document: Document) -> Iterator[str]:
@@ -69,12 +87,12 @@ def _named(document: Document) -> Iterator[str]:
         yield from _named(imported)
 
 
-def _about(file: Path) -> dict[str, str | None]:
+def _about(file: Path, commit: str | None) -> dict[str, str | None]:
     try:
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
     except OSError:
         digest = None
-    return {"file": str(file), "sha256": digest, "commit": _commit(file.parent)}
+    return {"file": str(file), "sha256": digest, "commit": commit}
 
 
 def _commit(folder: Path) -> str | None:
@@ -128,6 +146,15 @@ def choice_of(scene: Scene | None) -> dict[str, Any] | None:
     from stretch_bt.simulation.advisor.told import to_json
 
     return to_json(scene, choose(scene))
+
+
+def places_of(spec: CellSpec | None, tree: Path | None = None) -> Places:
+    """Return what the log of a run leaves out: addresses of the cell's devices, and folders that messages may name."""
+    options = [] if spec is None else [device.options.given() for device in spec.devices.values()]
+    hosts = [host for option in options if isinstance(host := getattr(option, "host", None), str)]
+    files = [file for file in (tree, None if spec is None else spec.path) if file is not None]
+    folders = [*(str(file.resolve().parent) for file in files), *usual_folders()]
+    return Places(hosts, sorted(folders, key=len, reverse=True))
 
 
 def machine(compiled: bool) -> dict[str, Any]:

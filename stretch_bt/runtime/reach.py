@@ -68,7 +68,8 @@ def _slow_ticks(program: Program, asked: _Asked) -> Iterator[Diagnostic]:
     """Yield that ticks are too far apart for motions, which have to be looked at; a simulated cell does not mind."""
     tick, period = program.document.root.get("tick"), program.document.tick_period
     spec, most = asked.spec, asked.spec.limits.unwatched
-    if tick is not None and asked.moves and not spec.simulated and period >= most:
+    real = any(d.type in ("Arm", "Gripper") and not d.implementation.cls.simulated for d in spec.devices.values())
+    if tick is not None and asked.moves and real and period >= most:
         kind = KINDS["Time"]
         message = (
             f"there is a tick every {format_quantity(period, kind)}; {spec.path.name} stops a motion that no tick looks at "

@@ -183,7 +183,7 @@ def test_nodes_says_what_a_function_is(cli):
 
 def test_nodes_json_is_the_contract(cli):
     nodes = json.loads(cli("nodes", "--json")[1])
-    assert {"press", "fit_sphere", "set_stretch"} <= {n["name"] for n in nodes}
+    assert {"press", "fit_sphere", "set_stretch", "approach", "check", "set"} <= {n["name"] for n in nodes}
     [press] = json.loads(cli("nodes", "press", "--json")[1])
     assert press.keys() >= {"name", "kind", "doc", "module", "inputs", "outputs"}
     depth = next(p for p in press["inputs"] if p["name"] == "depth")

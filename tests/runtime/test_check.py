@@ -227,6 +227,65 @@ def test_a_shipped_tree_is_checked_by_its_name_as_it_is_run_by_it():
     assert (unknown.code, "'palpate_stiffness'" in unknown.hint) == ("file-missing", True)
 
 
+@pytest.mark.parametrize("form", ["./{}", "x/../{}", "{}"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "format: stretch-tree/1\ntrees: {main: {sequence: [pres: {depth: 1 mm}]}}\n",
+        "format: stretch-scene/1\nobject: {}\n",
+        "format: stretch-cell/1\ndevices: {arm: {}}\n",
+        "format: stretch-mocks/1\ntree: palpate_stiffness\nmocks: [{match: nowhere}]\n",
+        "format: stretch-sweep/1\ntree: nowhere\n",
+        "doc: none\n",
+        "a: [",
+    ],
+)
+def test_a_finding_has_the_name_that_its_file_was_given(text, form, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x").mkdir()
+    (tmp_path / "a.yaml").write_text(text)
+    given = form.format("a.yaml")
+    assert {finding.file for finding in check(given)} == {given}
+
+
+def test_a_finding_of_a_shipped_tree_has_the_name_that_was_given():
+    found = {finding.file for finding in check("form_cookie", cell="lab_ur5")}
+    assert "form_cookie" in found
+    assert "form_cookie.yaml" not in found
+
+
+OWN = """\
+from stretch_bt.tree.ports import Behavior, Status
+from stretch_bt.tree.registry import node
+
+
+@node
+class BreaksWhenMade(Behavior):
+    '''Never ticks.'''
+
+    def __init__(self, path=""):
+        super().__init__(path)
+        raise ValueError("no")
+
+    def update(self):
+        return Status.SUCCESS
+"""
+
+
+def test_a_node_that_cannot_be_made_is_a_finding_beside_a_cell_and_mocks_too(tmp_path, own_nodes):
+    (tmp_path / "breaks_when_made.py").write_text(OWN)
+    tree, mocks = tmp_path / "tree.yaml", tmp_path / "tree.mocks.yaml"
+    tree.write_text(
+        "format: stretch-tree/1\nimports: {own: breaks_when_made}\ntrees: {main: {sequence: [breaks_when_made]}}\n"
+    )
+    mocks.write_text("format: stretch-mocks/1\ntree: tree.yaml\nmocks: []\n")
+    assert [finding.code for finding in check(tree)] == ["import"]
+    assert [finding.code for finding in check(tree, cell="simulated")] == ["import"]
+    [found] = check(mocks)
+    assert found.code == "tree-wrong"
+    assert "breaks_when_made" in found.message
+
+
 def test_files_are_checked_in_the_order_given_and_warnings_are_no_errors(tmp_path):
     good, spare, wrong = (tmp_path / f"{name}.yaml" for name in ("good", "spare", "wrong"))
     good.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 s}]}}\n")

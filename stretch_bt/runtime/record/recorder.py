@@ -17,6 +17,7 @@ from stretch_bt.runtime.record.events import EventLog
 from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN, Kept, claim, refuse
 from stretch_bt.runtime.record.images import Images
 from stretch_bt.runtime.record.messages import log_line, point_cloud
+from stretch_bt.runtime.record.places import Places
 from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.record.readings import FRAME, frame_fields, reading_fields
 
@@ -77,16 +78,19 @@ class RunRecord:
         self._streams: _Streams | None = None
         self._moment: dict[str, Any] = {"tick": -1, "time": 0.0}
         self._motions: dict[tuple[str, str], MotionState] = {}
+        self._places = Places()
         self._closed = False
         self._broken = False
 
-    def start(self, header: Mapping[str, Any], run_info: Mapping[str, Any]) -> None:
+    def start(self, header: Mapping[str, Any], run_info: Mapping[str, Any], places: Places | None = None) -> None:
         """Begin: `header` is the same for identical runs, `run_info` may hold paths, host and wall time.
 
-        The header's `keys` (name to type name), where it has them, give the plots of the report their units.
+        The texts that follow are written without `places`. The header's `keys` (name to type name), where it has them, give the
+        plots of the report their units.
         """
         if self.folder is None:
             return
+        self._places = places or self._places
         try:
             content = _write_json(self.folder / RUN, run_info)
             self._streams = _Streams(self.folder, plain(header), content, readings=self._readings)
@@ -110,7 +114,7 @@ class RunRecord:
         """Take note that a node came to another status."""
         fields = {"path": path, "status": status}
         if reason:
-            fields["reason"] = reason
+            fields["reason"] = reason = self._places.without(reason)
         level = "WARNING" if status == "FAILURE" else "INFO"
         self._event("status", fields, path, f"{status} {reason}".rstrip(), level)
 
@@ -121,7 +125,7 @@ class RunRecord:
         """
         if self._streams is None:
             return
-        fields = {"value": plain(value), "path": path}
+        fields = {"value": self._places.left_out(plain(value)), "path": path}
         if sd is not None:
             fields["sd"] = plain(sd)
         self._streams.events.event({**fields, "key": key, **self._moment, "type": "write"})
@@ -146,7 +150,8 @@ class RunRecord:
     def command(self, device: str, name: str, arguments: Mapping[str, Any], owner: str) -> None:
         """Take note that a node gave this command."""
         self._motions.pop((device, owner), None)
-        fields = {"device": device, "name": name, "arguments": plain(arguments), "owner": owner}
+        given = self._places.left_out(plain(arguments))
+        fields = {"device": device, "name": name, "arguments": given, "owner": owner}
         self._event("command", fields, owner, f"{device}.{name}")
 
     def motion(self, device: str, owner: str, state: MotionState) -> None:
@@ -163,23 +168,23 @@ class RunRecord:
         """Take note that a device fault reached a node."""
         if self._streams is None:
             return
-        fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
+        fields = {"device": device, "kind": type(fault).__name__, "reason": self._places.without(fault.reason)}
         self._message(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
-        self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
+        self._event("fault", fields, device, f"{fields['kind']}: {fields['reason']}")
 
     def unanswered(self, device: str, none: NoAnswer) -> None:
         """Take note that a device had no answer for a node."""
         if self._streams is None:
             return
-        fields = {"device": device, "kind": type(none).__name__, "reason": none.reason}
+        fields = {"device": device, "kind": type(none).__name__, "reason": self._places.without(none.reason)}
         self._message(f"/{device}/unanswered", UNANSWERED, fields)
-        self._event("unanswered", fields, device, none.reason, "WARNING")
+        self._event("unanswered", fields, device, fields["reason"], "WARNING")
 
     def note(self, kind: str, **fields: Any) -> None:
         """Take note of anything else that a reader of the log should know, such as `overrun` or `stop`."""
         if not fields.keys().isdisjoint(("tick", "time", "type")):
             raise InvalidInput(f"the fields of a note are not named tick, time or type, got {sorted(fields)}")
-        content = plain(fields)
+        content = self._places.left_out(plain(fields))
         self._event(kind, content, kind, " ".join(f"{name}={value}" for name, value in content.items()))
 
     def _message(self, topic: str, schema: str, fields: Mapping[str, Any]) -> None:

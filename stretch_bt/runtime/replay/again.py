@@ -23,6 +23,7 @@ from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.record.folder import RUN, damaged, readable, refuse
+from stretch_bt.runtime.record.places import Places, usual_folders
 from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
@@ -149,7 +150,8 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     written = RunRecord(folder / "record")
     task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
     _know_cell(task, reader.run_info)
-    written.start(reader.header, {})
+    folders = [str(folder), str(Path(str(reader.run_info.get("tree") or "")).parent), *usual_folders()]
+    written.start(reader.header, {}, Places(folders=folders))
     try:
         written.close(asdict(_tick_again(reader, task, written)))
     finally:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
+from stretch_bt.runtime.record.places import Places
+
 __all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 
 #: largest difference of a number from the recorded one: as a part of itself, and of its standard deviation
@@ -20,6 +22,7 @@ ANGLES = frozenset({"angle", "heading", "rotation", "yaw"})
 #: fields of text for people: numbers in them are shown with few digits, and the last one may be rounded either way
 _TOLD = ("reason", "why")
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", re.ASCII)
+_PLACES = Places()  # older records hold them
 Event = Mapping[str, Any]
 
 
@@ -52,6 +55,8 @@ def compare(recorded: Sequence[Event], replayed: Sequence[Event]) -> Comparison:
         if old == new:
             continue
         first = first or (old, new)
+        if old is not None and new is not None and old.get("type") == "write" and "sd" in new.keys() - old.keys():
+            new = {name: value for name, value in new.items() if name != "sd"}  # older versions stated none there
         difference = math.inf if old is None or new is None else max(_differences(old, new), default=0.0)
         if difference < math.inf:
             largest = max(largest, difference)
@@ -74,7 +79,7 @@ def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iter
         sds = sd if isinstance(sd, list) and len(sd) == len(old) else [sd] * len(old)
         for a, b, s in zip(old, new, sds, strict=True):
             yield from _differences(a, b, s, size)
-    elif old != new:
+    elif old != new and _PLACES.left_out(old) != _PLACES.left_out(new):
         yield math.inf
 
 
@@ -112,6 +117,7 @@ def _difference(old: float, new: float, sd: Any, scale: float) -> float:
 
 def _of_texts(old: str, new: str) -> Iterator[float]:
     """Yield how far the numbers in two texts differ beyond their rounding; an infinite one where the words differ."""
+    old, new = _PLACES.without(old), _PLACES.without(new)
     if _NUMBER.split(old) != _NUMBER.split(new):
         yield math.inf
         return

@@ -116,7 +116,11 @@ class _ReplayedDevice:
         motion = self.current
         if self.faulty or motion is None or motion.owner != owner or motion.ended:
             return
-        if motion.poll() is MotionState.MOVING:
+        try:
+            moves = motion.poll() is MotionState.MOVING
+        except NoAnswer:
+            moves = True
+        if moves:
             motion.stop()
 
     def stop(self) -> None:

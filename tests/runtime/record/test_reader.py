@@ -17,6 +17,7 @@ from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal
 from stretch_bt.runtime.record import Handed, RecordReader, RunRecord, channels
+from stretch_bt.runtime.record.places import Places
 from stretch_bt.runtime.record.plain import dumps
 from stretch_bt.runtime.record.scan import ChunkFile
 
@@ -64,7 +65,7 @@ HANDED = st.one_of(
     st.builds(
         lambda kind, reason: Handed("fault", "arm", "", kind("arm", reason)),
         FAULTS,
-        st.text(st.characters(codec="utf-8")),
+        st.text(st.characters(codec="utf-8")).filter(lambda text: Places().without(text) == text),
     ),
 )
 
