@@ -158,7 +158,7 @@ class ForceSample:
     force: Force  # mean force, away from the object
     force_sd: Force  # standard error of the mean
     height: Length | None  # height of the hand, world, where there is an arm
-    stuck_at: tuple[float, float, float] | None  # the only force read, N, where all readings were alike to the last digit
+    stuck_at: tuple[float, float, float] | None  # the only force read, N, where all readings were equal
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ class Roll(LimitedMotion):
     )
     speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="speed along the path", limit="contact_speed")
     depth: In[Length] = port(
-        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute depth past first contact; with a force the largest", limit="depth"
+        0.005, min=-0.030, max=MOST_DEPTH, doc="depth past first contact; with a force the largest", limit="depth"
     )
     force: In[Force | None] = port(None, min=0.01, max=50.0, doc="force to keep along the hand's axis", limit="force")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
@@ -84,7 +84,7 @@ class Roll(LimitedMotion):
 
     def arrived(self) -> Status:
         """Go on with the next piece, or end with the last lap."""
-        if not self.readings and self.watch() is not None:  # a piece that took less than a tick
+        if (super().watch() if self.readings else self.watch()) is not None:  # of a quick piece there is no reading
             return Status.FAILURE
         self.done += 1
         self.rolled += self.length

@@ -8,7 +8,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stretch_bt.clock import Clock, MixedClock, RealClock, VirtualClock
-from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StaleReading, StretchError, named
+from stretch_bt.errors import (
+    CellError,
+    DeviceFault,
+    Diagnostic,
+    InvalidInput,
+    LimitExceeded,
+    NotReady,
+    StaleReading,
+    StretchError,
+    named,
+)
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.driver import ArmDriver, CellContext, Driver, GripperDriver
 from stretch_bt.hardware.hand import Hand
@@ -101,7 +111,10 @@ class Cell:
 
     def _each(self, action: str) -> list[StretchError]:
         errors: list[StretchError] = []
-        for device in reversed(self.devices.values()):
+        devices = [*reversed(self.devices.values())]
+        if action == "stop":  # an arm first: another device may take its time
+            devices.sort(key=lambda device: not isinstance(device.driver, ArmDriver))
+        for device in devices:
             try:
                 (device.stop if action == "stop" else device.close)()
             except StretchError as error:
@@ -205,7 +218,13 @@ def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:
 
 def _newest(device: Monitored[Any], what: str, read: Callable[[], Reading[T]]) -> Reading[T]:
     """Read a device for the simulation beside it, past the journal: no node asked. Raises StaleReading."""
-    reading, age = device.fresh(what, read, MAX_AGE)
+    try:
+        reading, age = device.fresh(what, read, MAX_AGE)
+    except (StaleReading, LimitExceeded, NotReady):
+        raise
+    except DeviceFault as fault:  # of this device, not of the simulated one that is read
+        device.keep(fault)
+        raise
     if age > MAX_AGE:
         raise StaleReading(
             device.name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"

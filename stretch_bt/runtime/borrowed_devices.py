@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from weakref import WeakSet
 
@@ -85,6 +85,8 @@ class BorrowedDevices:
         Simulated scene, as the caller named it.
     seed
         Seed of everything random in a simulation, where the caller of the run has no say in it.
+    calling
+        What an open cell goes through around a run, given its runner.
 
     Raises
     ------
@@ -99,8 +101,11 @@ class BorrowedDevices:
         *,
         scene: str | None = None,
         seed: int | None = None,
+        calling: Callable[[Any], AbstractContextManager[Any]] = nullcontext,
     ) -> None:
         self.devices = devices
+        #: around a run, given its runner: a signal that the cell hears ends a run in another thread too
+        self.calling = calling
         self.cell = cell
         self.scene = scene
         self.seed = seed

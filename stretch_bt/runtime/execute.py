@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.clock import Clock, VirtualClock
-from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError, StretchError
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
 from stretch_bt.runtime.context import Seen
@@ -18,6 +18,7 @@ from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
+from stretch_bt.runtime.provenance import places_of
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.folder import Kept
 from stretch_bt.runtime.report import write_report
@@ -128,7 +129,7 @@ class _Run:
             silent = [] if given is None else given.silent(self.task.devices())
             info = self.task.run_info(spec, scene, silent)
             self.choice = info["choice"]
-            self.record.start(self.task.context.about, info)
+            self.record.start(self.task.context.about, info, places_of(spec, self.task.program.document.path))
             if self.task.mocks is not None and self.record.folder is not None:
                 self.task.mocks.arrays.save(self.record.folder)
             if given is not None:
@@ -140,7 +141,9 @@ class _Run:
                 return self.unbegun()
             kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
             status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
-            with suppress(RecordError):  # the error that ended the run is reported, not an error of its record
+            if self.runner is None and isinstance(error, StretchError):
+                self.unopened(status, error)
+            with suppress(RecordError):  # the run's end is reported, not the record's
                 self.record.close({"status": status, "reason": str(error)})
             raise
         finally:
@@ -177,6 +180,12 @@ class _Run:
             )
         finally:
             self.opening = False
+
+    def unopened(self, status: str, error: StretchError) -> None:
+        """Finish the record of a run whose devices could not be opened, and note at the error where it is."""
+        result = RunResult(status, str(error), {}, {}, 0, 0.0, 0.0, 0.0, place_of(self.record))
+        self.write_down(result)
+        error.record = result.record
 
     def unbegun(self) -> RunResult:
         """Return the result of a run that a signal ended before its first tick."""
@@ -230,7 +239,8 @@ class _Run:
             runner.interrupt(why)
         if shown is not None:
             shown.start()
-        outcome = runner.run()
+        with getattr(cell, "calling", nullcontext)(runner):
+            outcome = runner.run()
         self.came += runner.unheard
         if shown is not None:
             shown.stop()

@@ -27,7 +27,7 @@ from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.pending_finally import PendingFinally, worst_of
-from stretch_bt.runtime.signals import unbroken
+from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.document import TICK
@@ -108,7 +108,7 @@ class OpenCell:
         #: grid of the ticks of all calls
         self.grid = TickGrid(TICK)
         self._load(sheet=world is not None and world.is_sheet)
-        self._record = None if out is None else record_of_calls(Path(out), spec.path.name, scene=self.scene, seed=seed)
+        self._record = None if out is None else record_of_calls(Path(out), spec, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
         self.do = Do(self)
@@ -228,7 +228,7 @@ class OpenCell:
         def settle() -> None:
             for subtree in list(self.live):
                 subtree.stop(Status.INVALID)
-            with one_thread():
+            with one_thread(), signals(self.pending_finally.cut_short):
                 self.pending_finally.settle()
 
         for step in (
@@ -286,8 +286,7 @@ class OpenCell:
             self.pending_finally.settle()
         errors = self.pending_finally.take_errors()
         if errors:
-            self._stop_devices()
-            raise worst_of(errors)
+            raise worst_of([*errors, *self._stop_devices()])
 
     def lend(self, devices: Mapping[str, Device] | None = None) -> BorrowedDevices:
         """Return the devices, or some of them and others, for a whole task, which leaves no record of earlier calls true."""
@@ -295,4 +294,5 @@ class OpenCell:
         self.records.clear()
         given = self.devices if devices is None else devices
         own = all(isinstance(device, Monitored) for device in given.values())
-        return BorrowedDevices(given, self.cell if own else None, scene=self.scene, seed=self.seed)
+        cell = self.cell if own else None
+        return BorrowedDevices(given, cell, scene=self.scene, seed=self.seed, calling=self.between.calling)

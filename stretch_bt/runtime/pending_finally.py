@@ -29,6 +29,16 @@ class FinallyTicker:
         #: why one of them failed
         self.failed = ""
 
+    @property
+    def path(self) -> str:
+        """Path of the one that is ticked, or was last."""
+        return str(self._ahead[0].path).rpartition("/")[0] if self._ahead else "finally"
+
+    def stop(self) -> list[BaseException]:
+        """Stop the nodes of the one that is ticked, and return what broke; no other is ticked any more."""
+        ahead, self._ahead = self._ahead, []
+        return [*stop_tree(ahead[0])] if ahead else []
+
     def tick(self) -> bool:
         """Tick once, and return whether all have ended; exceptions are kept in `errors`."""
         while self._ahead:
@@ -80,6 +90,8 @@ class PendingFinally:
         self._stop = stop
         self._pending: list[tuple[FinallyTicker, float]] = []
         self._ticked = float("-inf")
+        #: the signal that ended what is owed before its time, where one did
+        self._cut = ""
         #: the time at which a tree that is attended began its tick
         self._attended: float | None = None
 
@@ -138,9 +150,28 @@ class PendingFinally:
             if ticker.failed and not ticker.errors:
                 self.errors.append(StretchError(f"a finally failed: {ticker.failed}"))
 
+    def cut_short(self, name: str) -> None:
+        """Owe nothing from the next tick on, because of a signal; a second one breaks off a node that does not end.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            It is the second.
+        """
+        if self._cut:
+            raise KeyboardInterrupt(name)
+        self._cut = name
+
     def settle(self) -> None:
-        """Tick all of it to its end."""
+        """Tick all of it to its end, or to a signal, at which every device is stopped."""
         while self._pending:
+            if self._cut:
+                paths = ", ".join(ticker.path for ticker, _ in self._pending)
+                self.errors += [StretchError(f"{paths}: cut short by {self._cut}"), *self._stop()]
+                for ticker, _ in self._pending:
+                    self.errors += [*ticker.stop(), *shut_down(ticker.built)]
+                self._pending.clear()
+                return
             if not isinstance(self.clock, VirtualClock):
                 self.clock.wait_until(self.clock.now() + self._pending[0][1])
             self.tick()

@@ -55,10 +55,12 @@ def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
         put_back()
         yield
     finally:
-        for number, handler in kept.items():
-            _taken.pop(number, None)
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        _receivers.pop()
+        try:
+            for number, handler in reversed(kept.items()):  # SIGINT last, whose handler may raise at once
+                _taken.pop(number, None)
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        finally:
+            _receivers.pop()
 
 
 def _is_ours(number: int, handler: Any) -> bool:

@@ -168,15 +168,15 @@ class Subtree(py_trees.behaviour.Behaviour):
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
         clock, last = self.cell.clock, self._last
         period = min([each.period for each in self.cell.live] + self.cell.pending_finally.periods)
-        if isinstance(clock, MixedClock):
-            clock.follow(self.period)
-        elif isinstance(clock, VirtualClock) and clock.now() <= self._ticked_at + _ROUNDING:
-            self._advance(period)
-        elif last is not None and self._time() - last > MOST_PERIODS * self.period + _ROUNDING:
+        if last is not None and self._time() - last > MOST_PERIODS * self.period + _ROUNDING:
             raise StretchError(
                 f"{self.name}: {self._time() - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
                 f"tick the tree every {self.period:g} s, or give the task a longer 'tick'"
             )
+        if isinstance(clock, MixedClock):
+            clock.follow(self.period)
+        elif isinstance(clock, VirtualClock) and clock.now() <= self._ticked_at + _ROUNDING:
+            self._advance(period)
         if last is None:
             self._context.start = clock.now()
         self._ticked_at = clock.now()
@@ -240,4 +240,4 @@ class Subtree(py_trees.behaviour.Behaviour):
                 with unbroken():
                     self._interrupt()
         finally:
-            self.cell.cell.stop()
+            self.cell.pending_finally.errors += self.cell.cell.stop()  # raised at the next tick or call

@@ -8,6 +8,7 @@ import pytest
 
 from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
 from stretch_bt.hardware.ati.delay import Delay
+from stretch_bt.hardware.ati.receiver import Receiver
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.ati import AtiStandIn
@@ -230,3 +231,13 @@ def test_closing_stops_the_stream(sensor):
     device, stand_in = sensor
     device.close()
     until(lambda: not stand_in.state()["streaming"])
+
+
+def test_an_opening_that_a_signal_breaks_off_leaves_nobody_asking(live_cell, clock, monkeypatch):
+    """The receiver went on, and took the stream from the next one."""
+    ended = []
+    monkeypatch.setattr(Receiver, "start", lambda self, within: (_ for _ in ()).throw(KeyboardInterrupt("SIGINT")))
+    monkeypatch.setattr(Receiver, "end", lambda self: ended.append(self))
+    with pytest.raises(KeyboardInterrupt):
+        open_cell(load_cell(live_cell("ati", "rdt", "127.0.0.1:9")), now=clock)
+    assert len(ended) == 1

@@ -2,6 +2,7 @@ import math
 
 import pytest
 
+from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import CellError, DeviceLost, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
@@ -71,7 +72,8 @@ def test_one_device_that_breaks_does_not_keep_the_others(make_cell, monkeypatch,
 
     monkeypatch.setattr(cell.devices["camera"].driver, "stop", fail)
     errors = getattr(cell, action)()
-    assert calls == ["operator", "force_sensor", "gripper", "arm"]
+    others = ["operator", "force_sensor", "gripper"]
+    assert calls == (["arm", *others] if action == "stop" else [*others, "arm"])
     assert len(errors) == 1
     assert "camera" in str(errors[0]) or "arm" in str(errors[0])
     if action == "close":
@@ -118,3 +120,14 @@ def test_the_scene_may_fix_the_seed(tmp_path, clock):
         for seed in (0, 1)
     ]
     assert (frames[0] == frames[1]).all()
+
+
+def test_a_stop_takes_the_arm_first():
+    """Another device may take its time."""
+    cell = open_cell(load_cell("simulated"), scene=load_scene("water_balloon"), clock=VirtualClock())
+    stopped = []
+    for device in cell.devices.values():
+        device.stop = lambda device=device: stopped.append(device.name)
+    cell.stop()
+    assert stopped[0] == "arm"
+    assert sorted(stopped) == sorted(cell.devices)

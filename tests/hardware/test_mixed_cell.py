@@ -7,10 +7,12 @@ from typing import Literal
 
 import numpy as np
 import pytest
+import typer
 
 import stretch_bt
+from stretch_bt.cli.command_calibrate_hand import command as calibrate_hand
 from stretch_bt.clock import MixedClock, RealClock, VirtualClock
-from stretch_bt.errors import StaleReading
+from stretch_bt.errors import DeviceLost, StaleReading, StretchError
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware import implementations
 from stretch_bt.hardware.cell import clock_of
@@ -50,6 +52,7 @@ class GripperOfTest(GripperDriver):
 
     path = (0.0, 0.055, 0.055, 1.0)
     silent = False
+    lost = None
 
     def move(self, opening, speed):
         self.path = (self.cell.now(), self.opening().value, opening, speed)
@@ -59,6 +62,8 @@ class GripperOfTest(GripperDriver):
         self.path = (0.0, self.opening().value, self.opening().value, 1.0)
 
     def opening(self):
+        if self.lost is not None:
+            raise self.lost
         now = self.cell.now()
         start, before, after, speed = self.path
         way = min((now - start) * speed, abs(after - before))
@@ -283,3 +288,38 @@ def test_only_what_a_simulated_sensor_measured_stands_beside_the_truth(mixed, tm
     kinds = json.loads((tmp_path / "record" / "run.json").read_text())["simulated"]
     assert ("ForceSensor" in kinds) is not real
     assert "DepthCamera" in kinds
+
+
+def test_a_fault_of_an_own_gripper_stays_with_the_gripper(mixed):
+    """It stayed with the camera that was read, and the gripper was ready."""
+    with stretch_bt.open_cell(mixed(GRIPPER), scene="calibration_sphere") as cell:
+        lost = cell.gripper.driver.lost = DeviceLost("gripper", "no answer")
+        with pytest.raises(DeviceLost, match="no answer"):
+            cell.camera.frame(1.0)
+        assert (cell.camera.fault, cell.gripper.fault) == (None, lost)
+        cell.gripper.driver.lost = None
+
+
+def test_an_own_gripper_is_not_moved_unasked_to_calibrate_the_hand(mixed, tmp_path, monkeypatch):
+    """Beside anything simulated nobody was asked, and its time ran ahead of the fingers."""
+    asked = []
+
+    def no(text, **options):
+        asked.append(text)
+        raise typer.Abort
+
+    monkeypatch.setattr(typer, "confirm", no)
+    given = {"scene": "calibration_sphere", "seed": 0, "stops": 3, "frames": 1, "yes": False, "json_": False}
+    with pytest.raises(typer.Abort):
+        calibrate_hand(str(mixed(GRIPPER)), tmp_path / "hand.yaml", **given)
+    assert asked[0].startswith("The fingers will stretch the membrane")
+
+
+def test_a_subtree_beside_an_own_device_does_not_go_on_after_a_long_pause(mixed, tmp_path):
+    with stretch_bt.open_cell(mixed(GRIPPER), scene="calibration_sphere") as cell:
+        tree = stretch_bt.subtree(tmp_path / "tree.yaml", cell)
+        tree.tick_once()
+        tree.tick_once()
+        time.sleep(0.4)
+        with pytest.raises(StretchError, match="s lie between two ticks"):
+            tree.tick_once()

@@ -267,3 +267,68 @@ def test_arguments_of_another_kind_are_refused_by_their_names(kind, driver, ask,
     _, device = opened(kind, driver)
     with pytest.raises(InvalidInput, match=said):
         ask(device)
+
+
+class Arrives(Choosy):
+    """An arm that refuses its second way, and is soon where the first one leads."""
+
+    height = 0.1
+
+    def follow(self, path, speed):
+        super().follow(path, speed)
+        self.height = path[-1].height
+        return lambda: MotionState.DONE if self.ways > 1 else MotionState.MOVING
+
+    def pose(self):
+        now = time.monotonic()
+        return Reading(Pose((0, 0, self.height)), now, now, 0)
+
+
+def test_a_motion_is_held_against_its_own_end_after_another_was_refused():
+    """It was held against the refused one's, which was a fault that stays."""
+    _, arm = opened(MonitoredArm, Arrives)
+    first = arm.move(Pose((0, 0, 0.102)), speed=0.02, owner="a")
+    with pytest.raises(BeyondLimits):
+        arm.move(Pose((0, 0, 0.2)), speed=0.02, owner="b")
+    assert first.poll() is MotionState.DONE
+    assert arm.fault is None
+
+
+class Blind(Choosy):
+    """An arm that nobody can look at while it moves."""
+
+    def follow(self, path, speed):
+        def poll():
+            raise NoEquilibrium("nothing is in balance here")
+
+        return poll
+
+
+def test_a_motion_that_cannot_be_looked_at_is_stopped_where_its_owner_leaves_it():
+    driver, arm = opened(MonitoredArm, Blind)
+    motion = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
+    arm.release("a")
+    assert (motion.ended, driver.stops) == (MotionState.STOPPED, 1)
+
+
+class Stands(Choosy):
+    """An arm whose pose no longer changes, nor its time."""
+
+    since = 0.0
+
+    def pose(self):
+        return Reading(Pose((0, 0, 0.1)), 0.0, time.monotonic() - self.since, 0)
+
+
+def test_an_arm_without_a_new_pose_does_not_move():
+    driver, arm = opened(MonitoredArm, Stands)
+    motion = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
+    driver.since = 1.0
+    with pytest.raises(StaleReading, match=r"moved without a new pose for 0\.5 s"):
+        motion.poll()
+    assert driver.stops == 1
+    driver, arm = opened(MonitoredArm, Stands)
+    driver.since = 1.0
+    with pytest.raises(StaleReading, match=r"latest pose is 1 s old, at most 0\.5 s to move"):
+        arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
+    assert driver.ways == 0

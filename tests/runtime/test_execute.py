@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import DeviceLost, InvalidInput
 from stretch_bt.hardware import cell as cell_module
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime import execute as execute_module
@@ -180,3 +180,19 @@ def test_a_cell_whose_simulated_devices_a_task_leaves_alone_needs_no_scene(tmp_p
     moving.write_text(f"format: stretch-tree/1\ndevices: {{gripper: Gripper}}\n{body}", encoding="utf-8")
     with pytest.raises(InvalidInput, match="name one with --scene: the scene of the tree counts where no cell is"):
         run(moving, cell="simulated", out=tmp_path / "other")
+
+
+def test_a_run_whose_devices_do_not_open_has_a_whole_record(
+    tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*_: Any, **options: Any) -> Any:
+        raise DeviceLost("arm", "no answer")
+
+    monkeypatch.setattr(cell_module, "open_cell", lost)
+    with pytest.raises(DeviceLost) as caught:
+        run(tree, out=tmp_path / "r")
+    assert caught.value.record == str(tmp_path / "r")
+    result = json.loads((tmp_path / "r" / "result.json").read_text())
+    assert (result["status"], result["ticks"], result["record"]) == ("FAULT", 0, str(tmp_path / "r"))
+    assert "no answer" in result["reason"]
+    assert (tmp_path / "r" / "report.html").exists()

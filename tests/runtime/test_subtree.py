@@ -1,6 +1,8 @@
 """Tasks inside somebody else's py_trees tree."""
 
+import os
 import random
+import signal
 from typing import ClassVar
 
 import py_trees
@@ -425,3 +427,37 @@ def check(opened, composer, running, commands, before):
 
 def test_the_clock_of_a_simulated_cell_is_virtual(opened):
     assert isinstance(opened.clock, VirtualClock)
+
+
+def test_what_breaks_in_a_safe_stop_is_raised_later(opened, task, monkeypatch):
+    a = stretch_bt.subtree(moving(task, "a", "gripper"), opened)
+    a.tick_once()
+    a.tick_once()
+    monkeypatch.setattr(opened.arm.driver, "stop", lambda: (_ for _ in ()).throw(DeviceFault("arm", "no brake")))
+    opened.clock.advance(0.4)
+    with pytest.raises(StretchError, match="s lie between two ticks"):
+        a.tick_once()
+    monkeypatch.undo()
+    with pytest.raises(DeviceFault, match="no brake"):
+        a.tick_once()
+
+
+def test_a_signal_while_a_cell_closes_ends_what_is_owed(opened, task, monkeypatch):
+    """None was heard until it had all been done, which took a minute at most for each."""
+    end = "{wait: {duration: 50 s}}, {mark_for_test: {}}"
+    a = stretch_bt.subtree(
+        task(f"  main:\n    sequence: [{MOVES['gripper'].replace('NAME', 'x')}]\n    finally: [{end}]\n"), opened
+    )
+    a.tick_once()
+    advance = opened.clock.advance
+
+    def struck(seconds: float) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        advance(seconds)
+
+    monkeypatch.setattr(opened.clock, "advance", struck)
+    began = opened.clock.now()
+    with pytest.raises(StretchError, match="task/main/finally: cut short by SIGINT"):
+        opened.close()
+    assert opened.clock.now() - began < 1.0
+    assert MarkForTest.marks == []

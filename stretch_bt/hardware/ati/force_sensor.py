@@ -55,6 +55,9 @@ class AtiForceSensor(ForceSensorDriver):
         except OSError as error:
             receiver.end()
             raise DeviceLost(self.name, f"cannot be asked at {o.host} port {o.port} ({error})") from error
+        except BaseException:  # a signal; what nobody closes later would go on asking for the stream
+            receiver.end()
+            raise
         if not heard:
             receiver.end()
             why = f" ({receiver.broken})" if receiver.broken else ""

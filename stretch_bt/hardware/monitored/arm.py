@@ -15,7 +15,7 @@ from stretch_bt.hardware.monitored.mover import Mover
 
 __all__ = ["MonitoredArm"]
 
-_FORCE_AGE = 0.5
+_FORCE_AGE = _POSE_AGE = 0.5
 #: least time between two poses from which a speed is taken, s: a shorter one divides by noise
 _APART = 0.01
 #: largest distance of the hand from the end of a motion that is done, m: arms come within 0.1 mm, and report it a moment late
@@ -68,7 +68,8 @@ class MonitoredArm(Mover[ArmDriver]):
 
     def force_noise(self) -> float:
         """Return the noise of the force, N s^0.5 an axis; one that there is is written down, because nodes decide by it."""
-        noise = self.driver.force_noise()
+        with self.faults():
+            noise = self.driver.force_noise()
         if noise > 0:
             now = self.watch.now()
             self.watch.journal.reading(self.name, "force_noise", Reading(noise, now, now, 0))
@@ -91,6 +92,8 @@ class MonitoredArm(Mover[ArmDriver]):
             raise
         if self.watch.now() - reading.host_time > _FORCE_AGE:
             self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
+        if self.watch.now() - place.host_time > _POSE_AGE:
+            self.halt(StaleReading(self.name, f"the arm moved without a new pose for {_POSE_AGE} s"))
         self._check_force(reading.value)
 
     def check_arrival(self) -> None:
@@ -126,7 +129,11 @@ class MonitoredArm(Mover[ArmDriver]):
         self.check_command(owner, arguments)
         limits = self.watch.limits
         with self.faults():
-            here = self.checked("pose", self.driver.pose())
+            here, age = self.fresh("pose", self.driver.pose, _POSE_AGE)
+        if age > _POSE_AGE:
+            raise self.refuse(
+                StaleReading(self.name, f"its latest pose is {age:.3g} s old, at most {_POSE_AGE} s to move")
+            )
         try:
             limits.check_way(self.name, arguments["speed"], [pose.height for pose in (here.value, *path)])
             for pose in path:
@@ -135,9 +142,11 @@ class MonitoredArm(Mover[ArmDriver]):
             raise self.refuse(fault) from None
         self.settle()
         self.command(name, arguments, owner)
-        self._was_moved, self._before = True, here
-        self._goal = path[-1] if path else None
-        self._rises = min(pose.height for pose in path) > here.value.height
+        self._was_moved = True
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])
+        # only now: a motion that goes on because this one was refused is watched as before
+        self._before = here
+        self._goal = path[-1] if path else None
+        self._rises = min(pose.height for pose in path) > here.value.height
         return self.own(poll, owner)

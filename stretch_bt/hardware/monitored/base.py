@@ -134,7 +134,10 @@ class Monitored(Generic[D]):
             self.watch.journal.fault(self.name, fault)
             raise
         except DeviceFault as fault:
-            self.latch(fault)
+            if fault.device == self.name or not self.driver.simulated:
+                self.latch(fault)
+            else:  # of a device that a simulated one follows, which keeps it
+                self.watch.journal.fault(self.name, fault)
             raise
         except NoAnswer as none:
             self.watch.journal.unanswered(self.name, none)
@@ -161,6 +164,10 @@ class Monitored(Generic[D]):
     def latch(self, fault: DeviceFault) -> None:
         """Keep a fault until the device is opened again; the first one stays."""
         self.watch.journal.fault(self.name, fault)
+        self.keep(fault)
+
+    def keep(self, fault: DeviceFault) -> None:
+        """Keep a fault that is written down where it was found."""
         self._fault = self._fault or fault
         if self._state is not DeviceState.DISCONNECTED:
             self._state = DeviceState.FAULT

@@ -21,12 +21,14 @@ class MonitoredCamera(Monitored[DepthCameraDriver]):
     @property
     def intrinsics(self) -> Intrinsics:
         """Intrinsics of the frames; raises NotReady before the camera is open where only the open camera knows them."""
-        return self.driver.intrinsics
+        with self.faults():
+            return self.driver.intrinsics
 
     @property
     def ended(self) -> bool:
         """Whether nothing new will ever come; an end is written down, because nodes decide by it."""
-        ended = self.driver.ended
+        with self.faults():
+            ended = self.driver.ended
         if ended:
             now = self.watch.now()
             self.watch.journal.reading(self.name, "ended", Reading(True, now, now, 0))

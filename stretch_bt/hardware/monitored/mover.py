@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, NoAnswer, StretchError
 from stretch_bt.hardware.asked import check_asked
 from stretch_bt.hardware.driver import Driver, Poll
 from stretch_bt.hardware.interfaces import MotionState
@@ -91,7 +91,14 @@ class Mover(Monitored[D]):
         motion = self._current
         if self.fault is not None or motion is None or motion.owner != owner or motion.ended is not None:
             return
-        if motion.poll() is MotionState.MOVING:
+        try:
+            moves = motion.poll() is MotionState.MOVING
+        except NoAnswer:  # it cannot be looked at
+            moves = True
+        except StretchError:
+            motion.stop()
+            raise
+        if moves:
             motion.stop()
 
     def check_arrival(self) -> None:

@@ -22,6 +22,8 @@ __all__ = ["RobotiqDriver"]
 _PASSING = (0x05, 0x07, 0x09)
 #: connecting and asking, twice each, and that once more for a command of two exchanges
 _EXCHANGES = 8
+#: periods of polling without an answer after which it is lost at the earliest
+_PERIODS = 3
 
 
 class RobotiqDriver(GripperDriver, ABC):
@@ -51,7 +53,7 @@ class RobotiqDriver(GripperDriver, ABC):
             self.name,
             ScreenedWire(self._wire(), self.cell.now),
             period=1 / self.options.rate,
-            deadline=_EXCHANGES * self.options.timeout,
+            deadline=max(_EXCHANGES * self.options.timeout, _PERIODS / self.options.rate),
             now=self.cell.now,
             after_poll=self._after,
             at_loss=self._hold_at_loss,
@@ -188,8 +190,13 @@ class RobotiqDriver(GripperDriver, ABC):
             task = make(wire)
             if time.monotonic() > due:  # its caller has given up
                 raise DeviceLost(self.name, "the command came too late to be begun")
-            task.begin(wire)
+            # before it is sent: where the answer is lost, the fingers may go on all the same
             self._task, self._watched = task, time.monotonic()
+            try:
+                task.begin(wire)
+            except DeviceFault:  # it was not begun; a wire that breaks is no such fault
+                self._task = None
+                raise
             return task
 
         moved, self._moved = self._moved, True  # before it is asked for: a stop may come while it begins
