@@ -37,8 +37,16 @@ def are_finite(given: Any, count: int) -> bool:
     """Return whether something is so many finite numbers."""
     try:
         return len(given) == count and all(math.isfinite(v) for v in given)
-    except (TypeError, ValueError):  # of no length, or one of them is no number
+    except (TypeError, ValueError, OverflowError):  # of no length, or one of them is no number, or larger than any
         return False
+
+
+def _as_tuples(made: Any, *names: str) -> None:
+    """Turn lists and arrays among the fields of a frozen object into tuples, which can be compared and hashed."""
+    for name in names:
+        given = getattr(made, name)
+        if type(given) is not tuple:
+            object.__setattr__(made, name, tuple(map(float, given)))
 
 
 def _zeros() -> tuple[float, float, float]:
@@ -56,6 +64,7 @@ class Pose:
         for given in (self.position, self.rotation):
             if not are_finite(given, 3):
                 raise InvalidInput(f"a pose needs six finite numbers, got {self.position} and {self.rotation}")
+        _as_tuples(self, "position", "rotation")
 
     @property
     def height(self) -> Length:
@@ -96,6 +105,7 @@ class Wrench:
         for given in (self.force, self.torque):
             if not are_finite(given, 3):
                 raise InvalidInput(f"a wrench needs three finite numbers of force and of torque, not {given!r}")
+        _as_tuples(self, "force", "torque")
 
     @property
     def magnitude(self) -> Force:
@@ -123,6 +133,8 @@ class Intrinsics:
         check_counts(0, width=self.width, height=self.height)
         if not (are_finite((self.fx, self.fy, self.cx, self.cy), 4) and are_finite(self.distortion, 5)):
             raise InvalidInput(f"intrinsics are finite numbers, got {self}; read them from the camera's calibration")
+        # a list, as cameras give it, has no hash, and an array no equality
+        object.__setattr__(self, "distortion", tuple(map(float, self.distortion)))
         if not (self.fx > 0 and self.fy > 0):
             raise InvalidInput(
                 f"focal lengths are above 0, in pixels, got fx {self.fx:g} and fy {self.fy:g}; a depth camera has about as many"
@@ -277,7 +289,9 @@ def _counts(depth: npt.ArrayLike, unit: float) -> npt.NDArray[np.uint16]:
         raise InvalidInput(f"a depth image is an array (h, w) of numbers, got {image.dtype} {image.shape}")
     if not (math.isfinite(unit) and unit > 0):
         raise InvalidInput(f"unit is the depth of one count in metres, such as 0.000125, got {unit}")
-    counts = np.asarray(image if image.dtype.kind in "iu" else np.round(image / unit), dtype=np.float64)
+    counts = np.asarray(
+        image if image.dtype.kind in "iu" else np.round(image.astype(np.float64) / unit), dtype=np.float64
+    )
     valid = np.isfinite(counts) & (counts > 0)
     if not valid.any():
         raise InvalidInput(

@@ -363,8 +363,13 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
         if not factors:
             raise InvalidInput(f"{text!r} is not a unit")
         for factor in factors:
-            factor_scale, factor_dimension = _parse_factor(factor, text)
-            scale *= factor_scale**sign
+            try:
+                factor_scale, factor_dimension = _parse_factor(factor, text)
+                scale *= factor_scale**sign
+            except ArithmeticError:
+                scale = math.inf
+            if not 0.0 < scale < math.inf:
+                raise InvalidInput(f"{text!r} is larger or smaller than any number")
             dimension = dimension.times(factor_dimension, sign)
     return scale, dimension
 

@@ -7,7 +7,7 @@ import pytest
 
 from stretch_bt import frames
 from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import DepthFrame, Intrinsics, Pose
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 
 CAMERA = Intrinsics(100.0, 100.0, 2.0, 1.5, 5, 4)
 FLAT = np.full((4, 5), 0.1)
@@ -48,3 +48,22 @@ def test_what_is_no_depth_image_is_refused(what):
 def test_the_examples_run():
     found = doctest.testmod(frames)
     assert (found.failed, found.attempted > 0) == (0, True)
+
+
+def test_lists_and_arrays_are_kept_as_tuples():
+    """Coefficients come as a list from librealsense, which no cache could hash."""
+    camera = Intrinsics(200.0, 200.0, 79.5, 79.5, 160, 160, [0.1, 0.0, 0.0, 0.0, 0.0])
+    assert hash(camera) == hash(Intrinsics(200.0, 200.0, 79.5, 79.5, 160, 160, (0.1, 0.0, 0.0, 0.0, 0.0)))
+    assert Pose(np.array([0.0, 0.0, 0.1])) == Pose((0.0, 0.0, 0.1))
+    assert Wrench([0.0, 0.0, 1.0]) == Wrench((0.0, 0.0, 1.0))
+
+
+def test_a_number_larger_than_any_float_is_refused():
+    with pytest.raises(InvalidInput, match="six finite numbers"):
+        Pose((10**400, 0, 0))
+
+
+def test_depths_of_half_precision_are_not_counted_in_it():
+    camera = Intrinsics(200.0, 200.0, 79.5, 79.5, 160, 160)
+    counts = DepthFrame.from_array(np.full((160, 160), 0.1, np.float16), camera, unit=1e-5).raw
+    assert int(counts[0, 0]) == round(float(np.float16(0.1)) / 1e-5)

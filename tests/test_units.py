@@ -206,3 +206,9 @@ def test_numbers_of_any_package_are_numbers(value: Any) -> None:
 )
 def test_what_is_no_finite_number_is_none(value: Any) -> None:
     assert not is_number(value)
+
+
+@pytest.mark.parametrize(("kind", "text"), [("Pressure", "1 GPa^99"), ("Length", "1 m/um^99")])
+def test_a_unit_beyond_every_number_is_refused(kind, text):
+    with pytest.raises(InvalidInput, match="larger or smaller than any number"):
+        KINDS[kind].parse(text)

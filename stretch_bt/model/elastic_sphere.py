@@ -52,5 +52,7 @@ def object_modulus(
 def _modulus(values: list[float], poisson: float) -> float:
     force, deflection, depth, radius = values
     grown = (depth + deflection) ** 1.5 - depth**1.5
+    if not grown > 0.0:
+        raise IllConditioned("the object gave way by less than a number beside its depth can show; press harder")
     found: float = (1 - poisson**2) * force / (4 / 3 * math.sqrt(radius) * grown)
     return found

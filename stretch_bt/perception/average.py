@@ -15,7 +15,7 @@ from stretch_bt.perception.types import FRAME
 __all__ = ["average_frames"]
 
 ONE_STRETCH = 2e-3  # m, within which the fingers of a hand that stands still are read
-ONE_HEIGHT = 5e-3  # m, within which a hand that has just been stopped stands
+ONE_HEIGHT = 5e-3  # m, along any axis, within which a hand that has just been stopped stands
 FINER = 16  # the mean is kept in sixteenths of a count, so that averaging gains what quantisation lost
 
 
@@ -39,11 +39,14 @@ def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
         raise InvalidInput("an average needs frames of one camera: their unit or intrinsics differ")
     _check_still("stretch of the membrane", [f.stretch for f in frames], ONE_STRETCH)
     _check_still("height of the hand", [f.hand_height for f in frames], ONE_HEIGHT)
+    poses = [f.pose for f in frames]
+    for axis, name in enumerate("xy"):
+        _check_still(f"{name} of the hand", [None if p is None else p.position[axis] for p in poses], ONE_HEIGHT)
     stack = np.stack([f.raw for f in frames])
     seen = np.count_nonzero(stack, axis=0)
     total = stack.sum(axis=0, dtype=np.uint64)
     mean = np.where(2 * seen >= len(frames), FINER * total / np.maximum(seen, 1), 0.0)
-    finer = FINER if mean.max() <= np.iinfo(np.uint16).max else 1
+    finer = FINER if mean.max(initial=0.0) <= np.iinfo(np.uint16).max else 1
     raw = np.rint(mean * (finer / FINER)).astype(np.uint16)
     return replace(last, raw=raw, unit=last.unit / finer)
 

@@ -223,6 +223,11 @@ def _level(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
         raise IllConditioned(
             f"the membrane stands off by {1e3 * max(most, risen):.1f} mm: it touches something, or is wrinkled; free it"
         )
+    free = len(x) - design.shape[1]
+    if free < 1:
+        raise IllConditioned(
+            "too few squares of the membrane are seen to find how the camera stands; free the view of all of it"
+        )
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
     best: tuple[float, Array, Array] | None = None
     for length, share in itertools.product(_ALIKE, _OWN):
@@ -232,7 +237,6 @@ def _level(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
         white, shown = np.linalg.solve(root, design), np.linalg.solve(root, z)
         normal = white.T @ white
         fitted = np.linalg.solve(normal, white.T @ shown)
-        free = len(x) - design.shape[1]
         variance = max(float(np.sum((shown - white @ fitted) ** 2)) / free, 1e-18)
         likely = -free * math.log(variance) - 2 * float(np.log(np.diag(root)).sum()) - np.linalg.slogdet(normal)[1]
         if best is None or likely > best[0]:

@@ -320,6 +320,8 @@ def _sag(seen: Estimate, spread: float) -> Estimate:
     total = seen.sd**2 + spread**2
     middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
     t = middle / sd
+    if t < -30.0:  # so surely none that the tail is less than any number
+        return Estimate(0.0, 0.0)
     above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
     hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
     odds = (

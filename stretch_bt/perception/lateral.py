@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.smooth import derivative, slope
 from stretch_bt.perception.surface import Cleaned, Surface
 
@@ -52,6 +53,10 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
     x, y = np.empty((2, *(-(-n // every) for n in cleaned.valid.shape)), dtype=np.float32)
     fill_moves(cleaned.points, cleaned.valid, *cleaned.corner, every, pitch, x, y)
     least = np.float32(0.1 * pitch)
-    x_u = np.maximum(derivative(x, sigma, 1, 0) + np.float32(pitch), least)
-    y_v = np.maximum(derivative(y, sigma, 0, 1) + np.float32(pitch), least)
+    x_u, y_v = (derivative(w, sigma, *along) + np.float32(pitch) for w, along in ((x, (1, 0)), (y, (0, 1))))
+    if min(float(x_u.mean()), float(y_v.mean())) <= 0.0:
+        raise InvalidInput(
+            "points: x grows along the rows of the image and y along its columns, as in the camera's frame; these are mirrored"
+        )
+    x_u, y_v = np.maximum(x_u, least), np.maximum(y_v, least)
     return Lateral(np.asarray(cv2.merge([x_u, y_v, slope(x_u, 1), slope(y_v, 0)])), every)

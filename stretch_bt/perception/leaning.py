@@ -36,7 +36,9 @@ MOST = 2_500  # means, enough to fit a plane well
 SAME = 0.005  # share of the means that still change where it has settled
 CLEARLY = 3.0  # standard deviations of a lean, and of a bend
 BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
-STEEPEST = math.tan(math.radians(10.0))  # steepest slope of a top: a steeper one is a flank, from which the membrane hangs
+STEEPEST = math.tan(
+    math.radians(10.0)
+)  # steepest slope of a top: a steeper one is a flank, from which the membrane hangs
 HELD = 0.7  # share of the contact that lies in the plane of a face
 WHOLE = 2.5  # times the contact: a plane that ends where the face does, and not somewhere down the skirt, holds less
 CLEAR = 0.06  # share of the distance between the middles of contact and plane: twice the bound changes it by less where the plane ends clearly

@@ -121,7 +121,7 @@ class FreeView:
         error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
         across, along = np.moveaxis(ray_table(frame.intrinsics)[..., :2] * frame.plane_distance, 2, 0)
         shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0)
-        shape = (shape * (1.0 + SIDES * np.minimum(2.0 * across / width, 1.0) ** 2)).astype(np.float32)
+        shape = (shape * (1.0 + SIDES * np.minimum(np.abs(2.0 * across / width), 1.0) ** 2)).astype(np.float32)
         hung = _hang(error, shape, known, hang)
         rate, time = _drift(np.array(self._means))
         below = np.float32(hung.value) * shape

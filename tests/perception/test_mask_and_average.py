@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose
 from stretch_bt.perception import average_frames, mask_membrane
 
 INTRINSICS = Intrinsics(400.0, 400.0, 99.5, 119.5, 200, 240)
@@ -67,3 +67,15 @@ def test_frames_of_two_cameras_are_not_averaged():
     for frames in ([], [frame(np.ones((240, 200))), other]):
         with pytest.raises(InvalidInput):
             average_frames(frames)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_hand_that_went_aside_has_no_mean(axis):
+    places = [tuple(0.02 * k if i == axis else 0.0 for i in range(3)) for k in range(2)]
+    with pytest.raises(IllConditioned, match=f"{'xy'[axis]} of the hand goes from 0.0 to 20.0 mm"):
+        average_frames([frame(np.full((240, 200), 1600), pose=Pose(place)) for place in places])
+
+
+def test_an_image_without_pixels_has_a_mean_without_pixels():
+    nothing = DepthFrame(np.zeros((0, 0), np.uint16), 0.000125, Intrinsics(1.0, 1.0, 0.0, 0.0, 0, 0), 1.0, 7)
+    assert average_frames([nothing, nothing]).raw.shape == (0, 0)

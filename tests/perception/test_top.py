@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 from height_noise import alike
+from hypothesis import given
+from hypothesis import strategies as st
 
+from stretch_bt.perception.height import _sag, top_of_points
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.top import Points, Top
+from stretch_bt.units import Estimate
 
 SIDE, PITCH, SD, LENGTH = 300, 0.25e-3, 0.3e-3, 3.0
 
@@ -34,3 +38,20 @@ def test_pixels_of_one_count_show_no_curvature_and_a_deviation(seed):
     assert not top.is_curved
     assert np.isfinite(top.significance)
     assert 0 < top.curvature_sd < np.inf
+
+
+@pytest.mark.parametrize("noise", [2e-5, 1.2e-4])
+def test_a_bowl_is_not_taken_for_a_cap(noise):
+    """A sag surely below 0 underflowed, and came out as one that is sure: 8.01 mm, with a small error."""
+    random = np.random.default_rng(0)
+    x, y = random.uniform(-6e-3, 6e-3, (2, 4000))
+    height = top_of_points(np.column_stack([x, y, 8e-3 + 10 * (x * x + y * y) + random.normal(0, noise, 4000)]))
+    mean = 8e-3 + 10 * 2 * (6e-3) ** 2 / 3
+    assert abs(height.value - mean) < 2e-4
+
+
+@given(st.floats(-2e-3, 2e-3), st.floats(1e-7, 1e-3), st.floats(1e-6, 5e-3))
+def test_a_sag_is_never_below_none(seen, sd, spread):
+    sag = _sag(Estimate(seen, sd), spread)
+    assert sag.value >= 0.0
+    assert 0.0 <= sag.sd <= 2.0 * (spread + sd)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.arguments import check_kind
-from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.errors import InvalidInput, NoAnswer, shown
 from stretch_bt.model.calibration.calibrate_hertz import fit_calibrated_hertz
 from stretch_bt.model.calibration.calibrate_membrane import fit_membrane, within_table
 from stretch_bt.model.calibration.depth_zero import DepthZero
@@ -125,9 +125,13 @@ def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
         mask = given.of_diameter(diameter)
         outer = diameter in (given.diameters[0], given.diameters[-1])
         try:
+            pressed = given.where(mask & (given.depth > 0))
+            if not len(pressed):
+                found.append(LeftOut(diameter, outer, None, None, "it was not pressed deeper than first contact"))
+                continue
             model = widened(fit(given.where(~mask), None), given)
-            found.append(_told(model, given.where(mask & (given.depth > 0)), diameter, outer))
-        except IllConditioned as refusal:
+            found.append(_told(model, pressed, diameter, outer))
+        except NoAnswer as refusal:
             found.append(LeftOut(diameter, outer, None, None, f"no model of the other diameters: {refusal}"))
     return found
 

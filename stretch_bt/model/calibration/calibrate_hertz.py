@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned
+from stretch_bt.errors import IllConditioned, NoEquilibrium
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.checks import MOST_SD
 from stretch_bt.model.force.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
@@ -141,7 +141,11 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     lefts = [_left(model, states, given) for model in made]
     best = made[int(np.argmin(lefts))]
     pressed = given.where(given.depth > 0)
-    off = ((pressed.force - (told := forces(best, pressed))) / np.maximum(told, 1e-3)) ** 2
+    try:
+        told = forces(best, pressed)
+    except NoEquilibrium:  # no modulus above 0 at some of them
+        told = np.zeros_like(pressed.force)
+    off = ((pressed.force - told) / np.maximum(told, 1e-3)) ** 2
     deep = pressed.depth >= SHALLOW - _ROUNDING
     relative = math.sqrt(float(np.mean(off[deep] if deep.any() else off)))
     if relative > MOST_SD:
@@ -162,5 +166,5 @@ def _shallow(depth: Array, more: Array) -> float:
 
 def _left(model: CalibratedHertz, states: tuple[StretchState, ...], given: Measurements) -> float:
     """Return the squared error of the logarithm at the states' own moduli."""
-    pairs = [(model.modulus(d / 2, s.stretch)[0], s.modulus(d)[0]) for d in given.diameters for s in states]
+    pairs = [(model.fitted_modulus(d / 2, s.stretch)[0], s.modulus(d)[0]) for d in given.diameters for s in states]
     return sum((a - b) ** 2 for a, b in pairs)

@@ -24,7 +24,10 @@ __all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 Array = npt.NDArray[np.float64]
 
 ROBOT_SD = 5e-5  # m; standard deviation of where the arm stops
-OFFSET_SD, COMMON_SD = 5e-5, 2.5e-4  # m; standard deviation of the depth's zero, for each mounted indenter, and for all by one camera
+OFFSET_SD, COMMON_SD = (
+    5e-5,
+    2.5e-4,
+)  # m; standard deviation of the depth's zero, for each mounted indenter, and for all by one camera
 _MODEL = 0.01  # error of the model, as a part of a force, that the fit assumes before it is known
 _LEAST_MODEL, _MOST_MODEL = 0.005, 0.3
 _OUTLIER = 55.0  # times the median square: five standard deviations
@@ -156,6 +159,8 @@ def _left_out(given: Measurements, conditioned: Conditioning) -> float:
         moved = math.hypot(ROBOT_SD, OFFSET_SD) * _RISE * left.force / left.depth
         errors.append(((told - left.force) ** 2 - left.force_sd**2 - moved**2) / np.maximum(told, 1e-3) ** 2)
     squares = np.concatenate(errors)
+    if not squares.size:  # the deep presses are of the outermost diameters alone
+        return _ALONE
     kept = squares[np.abs(squares) <= _OUTLIER * max(float(np.median(np.abs(squares))), 1e-8)]
     return math.sqrt(max(float(np.mean(kept)), 0.0))
 

@@ -49,6 +49,7 @@ COLUMNS = (
     "time_s",
 )
 _GEOMETRIES = ("sphere", "cylinder", "cone")
+MOST_TRIALS = 1e9
 _LEAST = {"force_sd_N": 0.0, "trial": 1.0, "stretch_mm": -1.0, "diameter_mm": 0.0, "angle_deg": 0.0}
 _FORM = Form(FORMAT, COLUMNS, _LEAST, "characterize", "repair or remove the row")
 
@@ -157,6 +158,8 @@ def _press(line: str, name: str, number: int) -> Press:
     found = {c: _number(t, c, c == blank, name, number) for c, t in zip(COLUMNS[1:], numbers, strict=True)}
     if not max(found["diameter_mm"], found["angle_deg"]) > 0:
         raise wrong(name, number, "the size of the indenter is 0", _FORM.mend)
+    if found["trial"] > MOST_TRIALS:
+        raise wrong(name, number, f"trial: {found['trial']:g} is above {MOST_TRIALS:g}", _FORM.mend)
     size = math.radians(found["angle_deg"]) if geometry == "cone" else found["diameter_mm"] * 1e-3
     return Press(
         geometry,

@@ -55,8 +55,9 @@ def _curves(panel: Any, model: ForceModel, given: Measurements, diameter: float,
     depths = np.linspace(0.0, given.depth.max(), 60)
     for k, stretch in enumerate(stretches):
         color, at = _color(k, len(stretches)), given.stretch == stretch
-        told = [model.predict(diameter / 2, float(stretch), float(d))[0] for d in depths]
-        panel.plot(1e3 * depths, told, color=color, lw=1)
+        shown = depths[depths <= model.deepest(diameter / 2, float(stretch))]
+        told = [model.predict(diameter / 2, float(stretch), float(d))[0] for d in shown]
+        panel.plot(1e3 * shown, told, color=color, lw=1)
         panel.plot(1e3 * given.depth[at], given.force[at], ".", color=color, ms=3, label=f"{1e3 * stretch:.0f}")
     panel.set(title=f"{1e3 * diameter:.0f} mm", xlabel="depth, mm", ylabel="force, N")
     panel.legend(title="stretch, mm", fontsize=6, title_fontsize=6)

@@ -17,7 +17,11 @@ from stretch_bt.units import Estimate
 __all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "fine_share", "mean_error", "trend"]
 
 FINE = 1e-3  # m: an error below this is sub-millimetre
-_GRID = {"size": 1e-4, "stretch": 1e-3, "depth": 5e-4}  # m; steps to which measured places are rounded, so that equal ones match
+_GRID = {
+    "size": 1e-4,
+    "stretch": 1e-3,
+    "depth": 5e-4,
+}  # m; steps to which measured places are rounded, so that equal ones match
 ALONG = ("depth", "stretch", "size")
 
 

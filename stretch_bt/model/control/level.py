@@ -4,7 +4,9 @@ from __future__ import annotations
 
 __all__ = ["LOST", "MOST_STEP", "PATIENCE", "STIFFNESS", "ForceKeeper"]
 
-STIFFNESS = 600.0  # N/m, above the stiffness of the hand on a lump, so that the height creeps to where the force is right
+STIFFNESS = (
+    600.0  # N/m, above the stiffness of the hand on a lump, so that the height creeps to where the force is right
+)
 MOST_STEP = 0.0015  # m; largest change of the height in one step
 LOST = 0.1  # part of the wanted force; with less at the greatest depth nothing is under the hand
 PATIENCE = 8  # steps in a row, a lap, after which it is gone

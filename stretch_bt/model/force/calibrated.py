@@ -100,6 +100,16 @@ class CalibratedHertz(ForceModel):
 
     def modulus(self, radius: float, stretch: float) -> tuple[float, float]:
         """Return the effective modulus, Pa, that a sphere of this radius meets, and its standard deviation."""
+        modulus, sd = self.fitted_modulus(radius, stretch)
+        if not modulus > 0.0:
+            raise NoEquilibrium(
+                f"the calibration has no modulus above 0 for a radius of {format_quantity(radius, _LENGTH)} at stretch "
+                f"{format_quantity(stretch, _LENGTH)}; measure more stretches and diameters, or calibrate another model"
+            )
+        return modulus, sd
+
+    def fitted_modulus(self, radius: float, stretch: float) -> tuple[float, float]:
+        """Return what the fit says of the modulus, Pa, also where that is none, and its standard deviation."""
         self.range.check(radius=radius, stretch=stretch)
         p, q, variances = self._logarithm(2 * radius)
         level = math.log1p(stretch / self.log_scale)

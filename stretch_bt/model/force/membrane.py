@@ -277,18 +277,20 @@ def _rate(model: MembraneModel, name: str, stretches: Array, level: Array) -> Ar
 
 def _curves(model: MembraneModel, radius: float, stretch: float) -> tuple[list[Any], list[Any]]:
     """Return the pieces over depth of the logarithm and of its deviation; the last pair is kept."""
-    kept, key = model._kept, (radius, stretch)
-    if kept.get("key") != key:
+    key = (radius, stretch)
+    known, found = model._kept.get("last", (None, ([], [])))  # at once: another thread may write it
+    if known != key:
         grids = model.grids
         across = grids.diameter.weights(math.log(2 * radius))
         along = grids.stretch.weights(stretch)
-        pair = []
-        for values in (grids.level, grids.spread):
-            line = along @ (across @ values.reshape(len(across), -1)).reshape(values.shape[1:])
-            pair.append([*(grids.depth.pieces @ line).T.tolist(), line.tolist()])
-        kept["key"], kept["pair"] = key, tuple(pair)
-    found: tuple[list[Any], list[Any]] = kept["pair"]
-    return found
+        lines = [
+            along @ (across @ values.reshape(len(across), -1)).reshape(values.shape[1:])
+            for values in (grids.level, grids.spread)
+        ]
+        level, spread = ([*(grids.depth.pieces @ line).T.tolist(), line.tolist()] for line in lines)
+        model._kept["last"] = key, (level, spread)
+        return level, spread
+    return found[0], found[1]
 
 
 def _along(axis: Axis, pieces: list[Any], at: float) -> float:

@@ -35,9 +35,7 @@ GROWTH = 6.0  # times the last force, the most that the next one is
 RATIO = 0.01  # relative error of the model's ratio of forces at two stretches
 SPARE = 0.9  # part of the largest force that is planned for: a model is off by some per cent, and so is a wrench
 STEP = 1e-5  # m
-INSIDE = (
-    5e-4  # m; distance of a press from the deepest that the model knows, so that its readings lie within the range
-)
+INSIDE = 5e-4  # m; distance of a press from the deepest that the model knows, so that its readings lie within the range
 CLOSE = 1e-4  # relative tolerance of the hardest press's force
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.local import Pressed, local_forces
 from stretch_bt.model.palpation.balance import presses_of
+from stretch_bt.model.palpation.law import MM
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
@@ -90,7 +91,10 @@ def left_behind(
     """
     forces = local_forces(model, radius, readings)
     curve = [loading.height_at(force) for force in forces.force]
-    by_model = np.array([loading.top.value - height.value for height in curve]) * forces.relative_sd
+    drop = np.array([loading.top.value - height.value for height in curve])
+    power, growth = loading.power.value, loading.stiffening.value
+    exponent = np.maximum(power + growth * drop / MM, 0.1 * power)  # of the force by the drop
+    by_model = drop * forces.relative_sd / exponent
     own = np.array([reading.sd for reading in readings]) * max(loading.chi2, 1.0) ** 0.5
     weights = 1 / (own**2 + by_model**2)
     weights /= weights.sum()

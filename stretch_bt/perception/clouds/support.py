@@ -26,7 +26,9 @@ ROUNDS = 6  # until slopes at a border have settled
 FLAT = 12.0  # 1/m: less is called flat
 LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: least curvature of a load
 FALL = 0.35  # least curvature of the load over the largest one near by, up to where it ends
-SHARE = 0.12  # least curvature of the load over the membrane's largest; under a cylinder across the hand it is a quarter
+SHARE = (
+    0.12  # least curvature of the load over the membrane's largest; under a cylinder across the hand it is a quarter
+)
 RIM = 4  # cells: rim of a flat part that may bend
 WIDE = 6.0  # cells: least radius of the rest for a test of its shape as a whole
 HANGS, NOISE = 0.05e-3, 4.0  # m, and standard deviations: least rise towards its rim of a flat part that hangs

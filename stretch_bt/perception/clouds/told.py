@@ -38,7 +38,9 @@ HOLLOW = 20.0  # 1/m that a membrane which lies on something may bend up: smooth
 GAP, SPAN = 1, 1.0e-3
 #: how much less it may bend than where it was felt, in 1/m, or shares of the larger and the smaller bend there: off a dome it goes by and by
 ALIKE = (12.0, 0.2, 0.3)
-NEARBY = 1.0e-3  # m, standard deviation of a place that is shown but was not felt, by `python -m benchmarks.reconstruct`
+NEARBY = (
+    1.0e-3  # m, standard deviation of a place that is shown but was not felt, by `python -m benchmarks.reconstruct`
+)
 
 
 def told(relief: Relief) -> Mask:

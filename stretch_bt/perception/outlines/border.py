@@ -80,6 +80,10 @@ class _Rings:
     def of(cls, distance: Array, trusted: MaskArray) -> _Rings:
         first = max(-INSIDE, float(distance.min()))
         rings = int((OUTSIDE - first) / RING)
+        if rings < 1:
+            raise IllConditioned(
+                "the labels lie beside the raised part of the membrane, so that they have no border on it; give the labels of this very frame"
+            )
         ring = np.floor((distance - first) / RING).astype(np.intp)
         ring = np.where(trusted & (ring >= 0) & (ring < rings), ring, rings)
         return cls(distance, ring.ravel(), trusted, np.bincount(ring.ravel(), minlength=rings + 1)[:-1].astype(float))

@@ -50,7 +50,9 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
         )
     inside = np.hypot((cells.x - q[6]) / math.exp(q[4]), (cells.y - q[7]) / math.exp(q[5])) < INSIDE
     if np.count_nonzero(inside) < LEAST:
-        raise IllConditioned("too little of the contact is seen to distinguish a ball from something else; press deeper")
+        raise IllConditioned(
+            "too little of the contact is seen to distinguish a ball from something else; press deeper"
+        )
     x, y, seen = (cells.x[inside] - q[6]) / rim, (cells.y[inside] - q[7]) / rim, cells.some(inside)
     whiten = whitener(noise.own(seen, own), noise.shared(seen) if noise.smooth else None)
     square, ridge = x * x + y * y, [x * x - y * y, 2.0 * x * y]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -26,9 +26,7 @@ __all__ = ["fit_contact_sphere"]
 Array = npt.NDArray[np.float64]
 
 STARTS, FEW_STARTS = {SPHERE: 4, FACE: 3, CONE: 1}, {SPHERE: 3, FACE: 2, CONE: 1}  # under smooth noise, and under white
-LEAST_OWN = (
-    0.1  # least error of a cell by itself, over the standard deviation of a pixel: neither shape nor covariance are exact
-)
+LEAST_OWN = 0.1  # least error of a cell by itself, over the standard deviation of a pixel: neither shape nor covariance are exact
 SEARCHED, SEARCH_STEPS = (
     0.25,
     6,
@@ -42,7 +40,9 @@ BENDING, NARROW = 0.0035, 0.7
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # most steps, and gain at the end, of a fit that is good enough to show the noise
 STEPS, CLOSE = 12, 0.02
-ALIKE = 1.3  # factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth
+ALIKE = (
+    1.3  # factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth
+)
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
 SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
     5.0,
@@ -54,7 +54,10 @@ THINNED, BESIDE = (
     12.0,
 )  # of how many cells one is searched with; nats below the best of a kind that its second may have there
 NEAR = 0.4  # difference in the logarithm of a rim's size within which a start is the same
-SMALL, WIDER = 0.35, 2.8  # share of the window's size below which a rim is small in it; size of the new window then, in rims
+SMALL, WIDER = (
+    0.35,
+    2.8,
+)  # share of the window's size below which a rim is small in it; size of the new window then, in rims
 MISFIT = 2.0  # times the noise's variance, beyond which a contact is no such shape
 MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a hundredth
 
@@ -97,7 +100,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
         well, or nothing round does; or it may be an ellipsoid, a lying cylinder or a face. One that is a little uneven has a wider deviation.
     """
     check_kind("contact", contact, Contact, MADE)
-    explained = _explain(contact)
+    explained = _explain(_compiled(contact))
     _check_shape(explained)
     fits, weights = explained.weights((SPHERE, FACE))
     curvatures = np.array([f.surface.q[3] for f in fits])
@@ -117,6 +120,14 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     ball = next(f for f in fits if f.surface.kind == SPHERE)
     uneven = check_ball(ball, explained.cells, explained.noise, LEAST_OWN)
     return _sphere(ball, mean, math.hypot(sd, mean * uneven), explained)
+
+
+def _compiled(contact: Contact) -> Contact:
+    """Return a contact whose surface compiled code takes: of another precision or byte order, or not to be written to, it is copied."""
+    surface = contact.surface
+    kind = np.float64 if surface.dtype.itemsize > 4 else np.float32
+    fit = np.require(surface, kind, "W")
+    return contact if fit is surface else replace(contact, surface=fit)
 
 
 def _model_error(surface: PressedSurface, size: float) -> float:

@@ -5,19 +5,27 @@ from __future__ import annotations
 import math
 
 from stretch_bt.arguments import check_kind
+from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.types import Sphere
 
 __all__ = ["pooled_sphere"]
 
 
 def pooled_sphere(before: Sphere, now: Sphere) -> Sphere:
-    """Return the sphere whose curvature is the mean of two independent fits, weighted by their variances, at the latter's top.
+    """Return the sphere whose curvature is the mean of two independent fits in the membrane frame, weighted by their variances.
+
+    Its top, the highest place along z, is the one of `now`.
 
     Where the two differ by more than their standard deviations say, the mean's grows by as much (Birge, Physical Review 40,
     207, 1932). `before` counts nothing where its curvature has the other sign.
     """
     for what, given in (("before", before), ("now", now)):
         check_kind(what, given, Sphere, "`fit_sphere` makes one")
+    for what, given in (("before", before), ("now", now)):
+        if not given.curvature_sd > 0.0:
+            raise InvalidInput(
+                f"{what}: a curvature needs a standard deviation above 0 to be weighted, got {given.curvature_sd}"
+            )
     if before.curvature * now.curvature <= 0:
         return now
     weights = before.curvature_sd**-2, now.curvature_sd**-2

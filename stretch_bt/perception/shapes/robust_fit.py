@@ -34,7 +34,9 @@ ROUNDING = 100.0  # units of the resolution up to which residuals are rounding e
 FAR = 1e3  # lateral sizes beyond which a step comes from a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
 EXPLAINED = 4.0  # times its variance, up to which noise that is known from elsewhere explains residuals
-PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be estimated from its residuals
+PATCHES = (
+    3.0  # independent errors that each parameter needs, so that the error of a fit can be estimated from its residuals
+)
 
 
 class SightSurface(Protocol):

@@ -19,7 +19,9 @@ ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations, and m: least height of th
 #: m^2 of a face from which it is one: balls on a hardly stretched membrane leave a circle up to 3e-6 and other outlines up to 10e-6, flat
 #: tops of 8 mm 7e-6 and 13e-6 or more
 SEEN, SEEN_OF_OTHERS = 4e-6, 11e-6
-MAYBE = 0.5  # share of a width's difference from the labelled one that counts as its error where the face is hardly seen
+MAYBE = (
+    0.5  # share of a width's difference from the labelled one that counts as its error where the face is hardly seen
+)
 
 
 def check_flat(shape: Hypothesis, fit: Fit, cells: Cells) -> None:
@@ -73,7 +75,10 @@ def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:
         return 0.0, 1.0
     places = np.stack([x[face], y[face]]) - np.array([[x[face].mean()], [y[face].mean()]])
     axes = np.linalg.eigh(places @ places.T)[1].T @ places
-    design = np.vstack([np.ones(axes.shape[1]), (axes / np.abs(axes).max(axis=1, keepdims=True)) ** 2])
+    reach = np.abs(axes).max(axis=1)
+    if not reach.min() > 1e-6 * reach.max():  # one row of cells, which has no middle across
+        return 0.0, 1.0
+    design = np.vstack([np.ones(axes.shape[1]), (axes / reach[:, None]) ** 2])
     normal = np.linalg.inv(design @ design.T)
     bows = -(normal @ design @ fit.residuals[fit.window][face])[1:]
     sds = fit.noise * np.sqrt(np.diag(normal)[1:] * fit.area)

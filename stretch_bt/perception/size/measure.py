@@ -34,9 +34,7 @@ HIGH = 0.93  # share of the depth from which a place may be another contact
 #: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
 OTHER, UNLIKE = 12.0, 5.0
 ANY = 0.3  # share of an outline's deviation that counts where it is no clearer than noise
-DOUBT = (
-    2.0  # standard deviations of the difference from the width of an outline without a shape, beyond which a width is unsure
-)
+DOUBT = 2.0  # standard deviations of the difference from the width of an outline without a shape, beyond which a width is unsure
 
 
 def diameters(
@@ -122,15 +120,16 @@ def measure_contact(
         )
     (x, x_sd), (y, y_sd) = size.center
     leaning = _leaning(cells)
-    rivals = [(s.measure(f.q, f.covariance), p) for s, f, p in found.rivals]
+    measured = [(_measured(s, f), p) for s, f, p in found.rivals]
+    rivals = [(other, p) for other, p in measured if other is not None]
     unlike = 0.0
     if hypothesis == "auto" and shape.name != "free_form":
         unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
     if hypothesis == "auto":
         unlike = math.hypot(unlike, maybe_wider(shape, fit, cells, size.diameter_i[0]))
     if found.held_back is not None:
-        other, its = found.held_back
-        unlike = math.hypot(unlike, _at_odds(size, other.measure(its.q, its.covariance)))
+        free = _measured(*found.held_back)
+        unlike = unlike if free is None else math.hypot(unlike, _at_odds(size, free))
     return ContactSize(
         shape.name,
         found.evidence,
@@ -147,6 +146,14 @@ def measure_contact(
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
+    """Return the sizes of another shape than the chosen one; None where it has none with an error, so that it says nothing."""
+    try:
+        return shape.measure(fit.q, fit.covariance)
+    except IllConditioned:
+        return None
 
 
 def _at_odds(size: Measured, free: Measured) -> float:

@@ -51,6 +51,10 @@ def start_of(cells: Cells) -> Start:
     """
     height = _smoothed(cells.height, cells.valid, SMOOTH)
     likely = _smoothed(cells.touching, cells.valid, SMOOTH)
+    if not (cells.valid & (likely > 0.3 * likely.max())).any() or not likely.max() > 0.0:
+        raise NoContact(
+            "no pixel labelled as in contact has depth; give the labels of this very frame, and keep reflections off the membrane"
+        )
     peak = np.unravel_index(
         int(np.argmax(np.where(cells.valid & (likely > 0.3 * likely.max()), height, -np.inf))), height.shape
     )

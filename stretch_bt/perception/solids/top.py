@@ -117,7 +117,8 @@ def top_of(heights: Height) -> Top:
     cells = np.argwhere(parts == parts[peak])
     places = heights.place(cells)
     middle = (places.min(axis=0) + places.max(axis=0)) / 2 if len(cells) < 4 else places.mean(axis=0)
-    axes = np.linalg.eigh(np.cov((places - middle).T) + 1e-12 * np.eye(2))[1][:, ::-1].T
+    spread = np.cov((places - middle).T) if len(places) > 1 else np.zeros((2, 2))
+    axes = np.linalg.eigh(spread + 1e-12 * np.eye(2))[1][:, ::-1].T
     reach = np.abs((places - middle) @ axes.T).max(axis=0)
     every = heights.place(np.argwhere(known))
     near = np.hypot(*(every - middle).T) < PATCH

@@ -3,8 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.hardcases.strategies.model import HERTZ_DEPTHS, HERTZ_RADII, STRETCHES
 from stretch_bt.model import ForceModel, next_indentation
+from stretch_bt.model.force.calibrated import CalibratedHertz, StretchState
+from stretch_bt.model.force.force_model import Range
 
 MODEL = ForceModel.default()
 
@@ -39,3 +42,13 @@ def test_a_model_survives_its_file(tmp_path):
     loaded = ForceModel.load(tmp_path / "hand.json")
     assert loaded == MODEL
     assert "assumption" in loaded.provenance["source"]
+
+
+@pytest.mark.parametrize("floor", [-5e3, -200.0])
+def test_a_modulus_that_is_none_gives_no_force(floor):
+    """It gave a force and a standard deviation below 0, and a complex depth."""
+    states = tuple(StretchState(x, floor, 100.0, 1e3, 100.0, 0.01, 0.001) for x in (0.0, 0.06))
+    model = CalibratedHertz(states, 0.01, 0.05, Range((0.005, 0.03), (0.0, 0.06), (0.0, 0.015)))
+    for ask in (lambda: model.predict(0.01, 0.0, 0.005), lambda: model.depth_for(0.01, 0.0, 1.0)):
+        with pytest.raises(NoEquilibrium, match="no modulus above 0"):
+            ask()

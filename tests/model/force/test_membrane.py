@@ -1,4 +1,7 @@
 import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,3 +70,17 @@ def test_a_file_holds_it(tmp_path):
     path.write_text(json.dumps(kept))
     with pytest.raises(InvalidInput, match="thickness"):
         ForceModel.load(path)
+
+
+def test_threads_that_ask_one_model_get_their_own_answers():
+    """The curve that is kept was read after another thread had put its own there."""
+    asked = [(0.01, 0.0, 0.005), (0.03, 0.06, 0.005)]
+    alone = [MODEL.predict(*each) for each in asked]
+    model, before = replace(MODEL), sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(2) as pool:
+            found = list(pool.map(lambda each: {model.predict(*each) for _ in range(3000)}, asked))
+    finally:
+        sys.setswitchinterval(before)
+    assert found == [{one} for one in alone]

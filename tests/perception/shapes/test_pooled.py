@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.perception import Sphere, pooled_sphere
 
 
@@ -39,3 +40,8 @@ def test_fits_that_disagree_say_so_and_one_of_a_hollow_counts_nothing():
     assert both.curvature_sd > 3 * now.curvature_sd
     hollow = replace(before, curvature=-before.curvature)
     assert pooled_sphere(hollow, now) is now
+
+
+def test_a_curvature_without_an_error_has_no_weight():
+    with pytest.raises(InvalidInput, match="standard deviation above 0"):
+        pooled_sphere(replace(sphere(0.03, 1e-3), curvature_sd=0.0), sphere(0.03, 1e-3))
