@@ -20,13 +20,13 @@ KINDS = {"latency": Kind("ms", 1e3, "s", ""), "slowest": Kind("ms", 1e3, "s", ""
 PEERS = frozenset({"py_trees, no ports", "py_trees, its own ports"})
 OMITTED = {
     "the slowest tick of a round": "it is the machine's more than the tree's; the rows have it",
-    "what nodes and devices themselves take": "`stretch-bt explain` and the report of a run show it for a task",
+    "what nodes and devices themselves take": "`stretch-bt run TREE --stats` says it for a task: its row `all else` holds nodes, ticks and record",
     "C++ engines": "they tick no Python node",
 }
 
 
 def take(found: Found) -> str:
-    """Say how long a tick takes."""
+    """Say what a tick takes."""
     plain = found.setting(Setting("stretch-bt, no record", "100 nodes"), "latency", NODES)
     bare = found.setting(Setting("py_trees, no ports", "100 nodes"), "latency", NODES)
     return (

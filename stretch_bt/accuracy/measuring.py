@@ -79,7 +79,7 @@ def _part(jobs: Sequence[Job], number: int, count: int) -> list[Job]:
         middle = end - job.seconds / 2
         found.append((job, middles.setdefault(job.group, middle) if job.group else middle))
     whole = sum(job.seconds for job in jobs) or 1.0
-    return [job for job, middle in found if math.floor(count * middle / whole) == number - 1]
+    return [job for job, middle in found if min(math.floor(count * middle / whole), count - 1) == number - 1]
 
 
 def _timed(job: Job, row: Callable[[Answer, float | None], Row], quick: bool, doubt: Doubt) -> list[Row]:

@@ -92,7 +92,7 @@ class Meeting:
             return self._pulling(past, standing, pose, stretch) or nothing
         found, standing = self._shared(past, standing, where, stretch, dt, lift, rest)
         if found.force <= 0:
-            return self._pulling(past, standing, pose, stretch) or replace(nothing, drop=found.drop)
+            return self._pulling(past, standing, pose, stretch) or replace(nothing, drop=max(found.drop, rest))
         depth = found.depth - lift
         felt = self._felt(standing, where, stretch)
         pushed = self.fidelity.force(felt, depth, past.membrane) + np.array([0.0, 0.0, self._framed(depth)[0]])
@@ -179,7 +179,8 @@ class Meeting:
             spent, before, drop = spent + found.iterations, drop, found.drop / upright
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
-                return found._replace(iterations=spent, drop=drop), changed
+                # the body that balanced, at the drop found
+                return found._replace(iterations=spent, drop=drop), replace(changed, body=standing.body)
             # drops that swing to and fro, as where friction holds, are met in their middle
             standing = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
             felt = self._hand_law(standing, where, stretch, past)

@@ -73,7 +73,10 @@ class World:
             return None
         radius = before.diameter / 2
         place = Place(Sphere(before.diameter), None, (0.0, 0.0), 0.0, (0.0, 0.0), radius, before.stretch)
-        return self.fidelity.released(self.fidelity.press(place, before.depth, None).state)
+        depth = max(
+            before.depth - self.fidelity.lift(place), 0.0
+        )  # it counts from first contact, where the membrane hangs
+        return self.fidelity.released(self.fidelity.press(place, depth, None).state)
 
     def exchange(self, spec: ObjectSpec) -> None:
         """Put another object, as it is at the begin of a run, in the place of the present one.
@@ -221,7 +224,7 @@ class World:
         return {
             **self.specimen.known(thing, contact.drop),
             **self.scene.dimensions,
-            "force": float(contact.force[2]),  # along the hand's axis, as nodes measure it
+            "force": float(pose.matrix()[:, 2] @ contact.force),  # along the hand's axis, as nodes measure it
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,

@@ -19,7 +19,7 @@ def package_digest() -> str:
     root = Path(str(files("stretch_bt")))
     found = hashlib.sha256()
     for path in sorted(root.rglob("*")):
-        if path.suffix not in _MADE and path.is_file():
+        if "__pycache__" not in path.parts and path.suffix not in _MADE and path.is_file():
             content = path.read_bytes()
             found.update(f"{path.relative_to(root).as_posix()}\0{len(content)}\0".encode())
             found.update(content)

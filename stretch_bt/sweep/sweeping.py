@@ -97,6 +97,10 @@ def sweep(
     with closing(RowFile(folder / ROWS)) as rows, _unless_refused(rows):
         shutil.copyfile(checked.file.path, folder / SWEEP)
         done = {key for key, status in rows.statuses.items() if status not in AGAIN}
+        if checked.file.record != "none":  # what ran without a record before is run again for it
+            done = {
+                key for key in done if rows.statuses[key] in ("ERROR", "FAULT") or (folder / RECORDS / key).is_dir()
+            }
         left = sum(spec.key not in done for spec in items)
         try:
             stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)

@@ -7,6 +7,7 @@ import pytest
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.model import ForceModel, hertz_force
+from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.camera.renderer import DepthRenderer
 from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.objects.response import Response
@@ -128,12 +129,12 @@ def test_softening_stays_in_the_membrane_when_the_object_is_exchanged():
 def test_a_membrane_that_was_conditioned_begins_at_its_softest():
     ball, low = "type: sphere, diameter: 30 mm", Pose((0, 0, 0.060))
     forces = {}
-    for effects in ("{mullins: on}", "{mullins: off}"):
+    for effects in ("{mullins: on}", "{mullins: off}", "none"):
         for hand in ("", "hand: {conditioned: {diameter: 30 mm, stretch: 40 mm, depth: 10 mm}}\n"):
             made = World(scene("rigid: true, base: 40 mm", kind=ball, fidelity="sheet", effects=effects, more=hand))
             forces[effects, bool(hand)] = made.truth(low, 0.02)["force"]
     assert forces["{mullins: on}", True] < 0.95 * forces["{mullins: on}", False]
-    assert forces["{mullins: off}", True] == forces["{mullins: off}", False]
+    assert forces["none", True] == forces["none", False]
 
 
 def test_one_solution_for_each_state_and_none_until_somebody_looks():
@@ -333,3 +334,33 @@ def test_friction_begins_anew_after_the_hand_has_lifted():
     fresh.advance(aside, 0.02, 3.0)
     press = Pose((0.008, 0, top - 0.003))
     assert rubbed.contact(press, 0.02, 4.0).force == pytest.approx(fresh.contact(press, 0.02, 4.0).force, rel=1e-3)
+
+
+def test_the_true_force_of_a_hand_that_leans_is_along_its_axis():
+    """It was the part along the world's z, which no node measures."""
+    world = World(scene("rigid: true", fidelity="sheet", effects="none"))
+    pose = Pose((0, 0, TOP - 0.008), (math.radians(15), 0.0, 0.0))
+    force = np.array(world.contact(pose, 0.03, 0.0).force)
+    along = float(force @ pose.matrix()[:, 2])
+    assert world.truth(pose, 0.03)["force"] == pytest.approx(along, rel=1e-12)
+    assert abs(along / force[2] - 1) > 0.01
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "axisymmetric"])
+def test_the_radius_of_a_top_that_flattens_is_the_one_that_presses(fidelity):
+    """The truth said so, and the membrane was pressed by the radius that it had before."""
+    made = load_scene("air_balloon").with_(fidelity=fidelity, effects="all")
+    pose = Pose((0, 0, made.object.top - 0.004))
+    truth = World(made).truth(pose, 0.0)
+    assert truth["radius"] > 1.05 * made.object.radius
+    ball = scene("rigid: true", f"type: sphere, diameter: {2e3 * truth['radius']:.9f} mm", fidelity, "none")
+    rigid = World(ball).truth(Pose((0, 0, ball.object.top - truth["depth"])), 0.0)
+    assert truth["force"] == pytest.approx(rigid["force"], rel=1e-3)
+
+
+def test_a_hand_that_was_conditioned_calls_for_softening():
+    """Without it nothing of the press before the task was in the force."""
+    hand = "hand: {conditioned: {diameter: 30 mm, stretch: 40 mm, depth: 10 mm}}\ntolerance: {force: 3 %}\n"
+    for more, on in ((hand, True), ("tolerance: {force: 3 %}\n", False)):
+        made = scene("rigid: true, base: 40 mm", "type: sphere, diameter: 30 mm", "sheet", "auto", more)
+        assert {verdict.name: verdict.on for verdict in advise(made)}["mullins"] is on

@@ -124,6 +124,27 @@ def test_the_key_is_another_with_another_text_of_a_module(lab, own_nodes, monkey
     assert keys[0] != keys[1]
 
 
+def test_packages_beside_a_tree_go_along_and_count_whole(lab, own_nodes):
+    """A package that a module imports was left at home, and rows stayed where it changed."""
+    keys = []
+    for number in (1, 2):
+        names = f"beside_{number}", f"helpers_{number}"
+        lab.write(f"{number}/{names[0]}.py", f"from {names[1]}.maths import f\n")
+        lab.write(f"{number}/{names[1]}/__init__.py", "")
+        lab.write(f"{number}/{names[1]}/maths.py", "def f(x):\n    return x\n")
+        lab.write(f"{number}/{names[1]}/later.py", f"NUMBER = {number}\n")  # which nothing has imported yet
+        text = f"format: stretch-tree/1\nimports: {{own: {names[0]}}}\ntrees: {{main: {{sequence: [{{wait: {{duration: 1 s}}}}]}}}}\n"
+        lab.write(f"{number}/tree.yaml", text)
+        lab.sweep(f"tree: {number}/tree.yaml")
+        (spec,) = lab.specs()
+        inner = {f"{number}/{names[1]}/{name}.py" for name in ("__init__", "maths", "later")}
+        assert set(spec.files) == {f"{number}/tree.yaml", f"{number}/{names[0]}.py", *inner}
+        keys.append(spec.key)
+        lab.write(f"{number}/{names[1]}/later.py", "NUMBER = 9\n")
+        keys.append(key(lab))
+    assert len(set(keys)) == 4
+
+
 @pytest.mark.parametrize("more", ["limit: 1 min", "record: events", "doc: another"])
 def test_what_the_row_does_not_depend_on_leaves_the_key(whole, more):
     before = key(whole)

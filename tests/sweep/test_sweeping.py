@@ -180,3 +180,13 @@ def test_a_summary_is_that_of_the_numbers():
         }
     )
     assert summary.to_json()["cpu_seconds"] == {"sum": 6.0, "median": 2.0, "p95": 2.0, "largest": 2.0}
+
+
+def test_what_ran_without_a_record_runs_again_where_one_is_asked_for(lab, tmp_path):
+    taken = []
+    sweep(lab.file, out=tmp_path / "out")
+    lab.file.write_text(f"{lab.file.read_text()}record: events\n")
+    assert sweep(lab.file, out=tmp_path / "out", resume=True).before == 0
+    assert len(list((tmp_path / "out/records").iterdir())) == 4
+    assert sweep(lab.file, noted({}, taken), out=tmp_path / "out", resume=True).before == 4
+    assert taken == []

@@ -89,9 +89,8 @@ class Relaxing(Response):
     def _raw(self, state: Relaxed, dt: float) -> Law:
         """Return the force, below 0 where the branch would pull."""
         kept, taken = self._factors(dt)
-        offset = min(
-            kept * state.branch - taken * state.followed, 0.0
-        )  # the branch never has more than the force that it follows
+        # the branch never has more than the force that it follows
+        offset = min(kept * state.branch - taken * state.followed, 0.0)
         inner = self.inner.law(state.inner, dt)
 
         def force(drop: float) -> tuple[float, float]:

@@ -178,7 +178,7 @@ class DoughSpecimen(Specimen):
         if self.cracks is None:
             return found
         parameters: Any = self.cracks.parameters
-        part = parameters.roughness * min(state.lump.strain, 1.0)
+        part = parameters.roughness * min(state.pressed, 1.0)
         return cracked(found, part, parameters.correlation, state.seed)
 
     def _rolled(self, state: DoughState, moved: Moved, push: float) -> DoughState:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
@@ -31,6 +32,7 @@ class EdgeCracks(ObjectEffect):
     """The edge of a pressed disc cracks, in proportion to how far it was pressed; a lump that rolls has none."""
 
     name = "edge_cracks"
+    needs = "plasticity"
     order = 14
     cost_ms = 0.05
     cost_per = "reading"
@@ -43,4 +45,5 @@ class EdgeCracks(ObjectEffect):
 
         spec = case.scene.object
         lost = min(max(flow(case).depth - flow(case).elastic, 0.0) / spec.edge, 1.0)  # type: ignore[attr-defined]
-        yield Size("roundness", parameters.roughness * lost, f"a press takes {lost:.2g} of the height for good")
+        strain = 1.0 if lost > 1.0 - math.exp(-1.0) else -math.log1p(-lost)
+        yield Size("roundness", parameters.roughness * strain, f"a press takes {lost:.2g} of the height for good")

@@ -31,7 +31,7 @@ class Parameters(base.Parameters):
 
 
 class Softening(MembraneEffect):
-    """The membrane is softer where it has been stretched further before (Mullins)."""
+    """The membrane is softer where a press has stretched it further before (Mullins); stretching it in free air leaves no memory."""
 
     name = "mullins"
     order = 3
@@ -42,6 +42,9 @@ class Softening(MembraneEffect):
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the softening where presses deepen evenly: half of the first one in a membrane that has been cycled, over their number."""
+        if case.scene.hand.conditioned is not None:
+            yield from case.from_force(parameters.share, "the hand was pressed before the task")
+            return
         presses = case.scene.conditions.presses
         part = _CYCLED * parameters.share / presses if presses > 1 else 0.0
         yield from case.from_force(part, f"{presses} presses, each deeper than the one before")

@@ -39,7 +39,6 @@ class Tack(ObjectEffect):
     """
 
     name = "tack"
-    needs = "plasticity"
     order = 13
     cost_ms = 0.001
     cost_per = "solve"

@@ -13,25 +13,32 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 __all__ = ["Between"]
 
-_RATIO = 1.5  # ratio of one radius to the next; between them the force, about its root, is straight to within 1.5e-3
+_RATIO = 1.5  # ratio of one radius to the next; between them the force is nearly a power of the radius
 
 
 class Between:
-    """The force on a ball by straight lines in its radius, so that balls which differ little share their solved presses."""
+    """The force on a ball by powers of its radius, so that balls which differ little share their solved presses."""
 
     def __init__(self, ball: Sphere, curve: Callable[[Sphere], Curve]) -> None:
         step = math.log(ball.diameter) / math.log(_RATIO)
         low = math.floor(step)
-        ends = [_RATIO**k for k in (low, low + 1)]
-        self.share = (ball.diameter - ends[0]) / (ends[1] - ends[0])
-        self._curves = [curve(Sphere(end)) for end in ends]
+        self.share = step - low
+        self._curves = [curve(Sphere(_RATIO**k)) for k in (low, low + 1)]
 
     def __call__(self, depth: float) -> tuple[float, float]:
         """Return force along z, N, and slope, N/m, at a depth, m."""
         (a, da), (b, db) = (curve(depth) for curve in self._curves)
-        return a + self.share * (b - a), da + self.share * (db - da)
+        own, other = 1.0 - self.share, self.share
+        if min(a, b) <= 0.0:
+            return own * a + other * b, own * da + other * db
+        force = a**own * b**other
+        return force, force * (own * da / a + other * db / b)
 
     def force(self, depth: float) -> npt.NDArray[np.float64]:
-        """Return the force (3,), N, at a depth, m."""
+        """Return the force (3,), N, at a depth, m; a part across goes with the force along z."""
         a, b = (curve.force(depth) for curve in self._curves)
-        return np.asarray(a + self.share * (b - a))
+        own, other = 1.0 - self.share, self.share
+        straight = np.asarray(own * a + other * b)
+        if min(a[2], b[2]) <= 0.0:
+            return straight
+        return straight * (float(a[2] ** own * b[2] ** other) / float(straight[2]))

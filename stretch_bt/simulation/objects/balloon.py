@@ -210,6 +210,14 @@ class BalloonSpecimen(Specimen):
         place, body = spec.position, spec.flattened(drop) if self.flattens else spec.body()
         return Standing(body, place.x, place.y, spec.heading, spec.top - drop, varies=self.flattens)
 
+    def form(self, standing: Standing) -> HertzForm | None:
+        """Return the sphere that stands in for it, of the radius that its top has."""
+        from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+
+        if not (self.flattens and isinstance(standing.body, Sphere)):
+            return super().form(standing)
+        return HertzForm("sphere", standing.body.diameter / 2)
+
     def known(self, state: Any, drop: float) -> dict[str, float]:
         """Return the radius of its top, m, and force over drop, N/m, settled and on first loading, at its drop.
 

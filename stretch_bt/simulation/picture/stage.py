@@ -62,7 +62,7 @@ class Moment:
 
 def act(scene: Scene, stage: Stage) -> Moment:
     """Press the middle of a scene's object, at the stretch, depth and speed of its conditions."""
-    world = World(scene, stage.membrane)
+    world = World(scene, stage.membrane, seed=stage.seed if scene.seed is None else scene.seed)
     stretch = scene.conditions.stretch
     over = Pose((scene.object.position.x, scene.object.position.y, scene.object.top))
     nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))

@@ -116,3 +116,24 @@ def test_the_world_rolls_a_cube_round():
     after = world.truth(Pose((0.0, 0.0, 0.045)), 0.06, time)
     assert after["roundness"] < 0.8 * start
     assert after["height"] > 0.026
+
+
+def test_an_edge_cracks_by_the_press_since_the_lump_rolled_and_not_by_those_before():
+    """Presses before it rolled counted for ever, so that a rolled lump had cracks."""
+    rough = []
+    for names in (("edge_cracks",), ()):
+        thing = specimen(*USUAL, *names, yield_stress="1 kPa")
+        state = thing.start()
+        for _ in range(3):
+            state = thing.after(state, pushed(drop=thing.standing(state, 0.0).top - 0.020))
+        pressed = thing.known(state, 0.0)["edge_roughness"]
+        state = thing.after(state, pushed(0.02, 0.0))
+        assert state.lump.strain > 0
+        rough.append((pressed, thing.known(state, 0.0)["edge_roughness"]))
+    assert rough[0][0] > 1.3 * rough[1][0]
+    assert rough[0][1] == pytest.approx(rough[1][1], rel=0.05)
+
+
+def test_what_an_effect_of_dough_needs_is_what_it_uses():
+    known = registry()
+    assert (known["edge_cracks"].needs, known["tack"].needs) == ("plasticity", None)

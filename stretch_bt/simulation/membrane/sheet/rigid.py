@@ -17,7 +17,9 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["RigidForce", "rigid_energy", "rigid_force"]
 
-_FIRST_ORDER = 0.2  # part of the force up to which a change is small; it is more where a sheet hardly resists to slide off a wire
+_FIRST_ORDER = (
+    0.2  # part of the force up to which a change is small; it is more where a sheet hardly resists to slide off a wire
+)
 _NOTHING = np.zeros(3)
 
 
