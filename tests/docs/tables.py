@@ -518,8 +518,39 @@ def hard_elsewhere() -> str:
     return rows(["test", "what it is"], content)
 
 
+# --- shipped trees
+
+
+def shipped_trees() -> str:
+    """Each shipped tree with what it takes and what it gives."""
+    from stretch_bt.tree.program import load_program, shipped_trees
+
+    parts = []
+    for name in shipped_trees():
+        document = load_program(name).require().document
+        main = document.trees["main"]
+        uses = ", ".join(code(device.interface.__name__) for device in document.devices.values())
+        head = f"### {name}\n\n{document.doc} Uses: {uses}. On the twin by default: the scene `{document.scene.text}`."
+        given = [
+            [
+                code(p.name),
+                p.type.name,
+                shown(p.value, p.type.kind),
+                bounds(*(shown(b, p.type.kind) if b is not None else "" for b in (p.min, p.max))),
+                p.doc,
+            ]
+            for p in document.params.values()
+        ]
+        got = [[code(out.name), out.type.name, out.unit or "", out.doc] for out in main.outs.values()]
+        parts.append(
+            f"{head}\n\n{rows(['output', 'type', 'unit', 'meaning'], got)}\n{rows(['param', 'type', 'default', 'bounds', 'meaning'], given)}"
+        )
+    return "\n" + "\n".join(parts) + "\n"
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "nodes": nodes,
+    "shipped-trees": shipped_trees,
     "types": types,
     "objects": objects,
     "readings": readings,
