@@ -355,7 +355,7 @@ def test_the_radius_of_a_top_that_flattens_is_the_one_that_presses(fidelity):
     assert truth["radius"] > 1.05 * made.object.radius
     ball = scene("rigid: true", f"type: sphere, diameter: {2e3 * truth['radius']:.9f} mm", fidelity, "none")
     rigid = World(ball).truth(Pose((0, 0, ball.object.top - truth["depth"])), 0.0)
-    assert truth["force"] == pytest.approx(rigid["force"], rel=1e-3)
+    assert truth["force"] == pytest.approx(rigid["force"], rel=3e-3)
 
 
 def test_a_hand_that_was_conditioned_calls_for_softening():

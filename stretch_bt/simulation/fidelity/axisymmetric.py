@@ -9,8 +9,10 @@ import numpy as np
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
+from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import Material
 from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.stats import Stats
@@ -18,6 +20,7 @@ from stretch_bt.simulation.stats import Stats
 __all__ = ["AxisymmetricFidelity"]
 
 _GRID = 121  # points along and across that the profile is sampled at
+_KEPT = 256  # presses that are kept
 
 
 class AxisymmetricFidelity:
@@ -42,13 +45,16 @@ class AxisymmetricFidelity:
         self._pressed: dict[Any, AxisymmetricPress] = {}
 
     def law(self, place: Place, state: Any) -> Law:
-        """Return the force between solved depths."""
+        """Return the force between solved depths; for a ball whose radius varies, between balls of fixed radii."""
         radius = self._radius(place)
-        key = (radius, place.stretch)
+        if place.varies:
+            return Between(Sphere(2 * radius), lambda ball: self._curve(ball.diameter / 2, place.stretch))
+        return self._curve(radius, place.stretch)
+
+    def _curve(self, radius: float, stretch: float) -> Curve:
+        key = (radius, stretch)
         if key not in self._curves:
-            self._curves[key] = Curve(
-                lambda depth: np.array([0.0, 0.0, self._solve(radius, place.stretch, depth).force])
-            )
+            self._curves[key] = Curve(lambda depth: np.array([0.0, 0.0, self._solve(radius, stretch, depth).force]))
         return self._curves[key]
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
@@ -87,6 +93,8 @@ class AxisymmetricFidelity:
             sheet = CircularMembrane.in_place_of(*sizes, self.material)
             with self.stats.timed("solve"):
                 self._pressed[key] = sheet.press(radius, depth)
+            while len(self._pressed) > _KEPT:
+                self._pressed.pop(next(iter(self._pressed)))  # the oldest
         return self._pressed[key]
 
     def _grid(self, place: Place, solved: AxisymmetricPress) -> Skin:

@@ -162,7 +162,8 @@ class SheetFidelity:
     def _curve(self, place: Place) -> Curve | Between:
         """Return the force of a body; for a ball whose radius varies, the force between balls of fixed radii."""
         if place.varies and isinstance(place.body, Sphere):
-            return Between(place.body, lambda ball: self._fixed(replace(place, body=ball, varies=False)))
+            # without the form, which varies as the ball does and would be another place each time
+            return Between(place.body, lambda ball: self._fixed(replace(place, body=ball, form=None, varies=False)))
         return self._fixed(place)
 
     def _fixed(self, place: Place) -> Curve:
