@@ -105,8 +105,9 @@ def test_any_change_is_judged_without_a_traceback(text: str, tmp_path: Path) -> 
     found = findings(text, tmp_path)
     rows = text.split("\n")
     for finding in found:
-        assert 1 <= finding.line <= len(rows) + 1, finding
-        assert 1 <= finding.column <= len(rows[finding.line - 1] if finding.line <= len(rows) else "") + 1, finding
+        if Path(finding.file).name == "tree.yaml":  # and not a file that it imports
+            assert 1 <= finding.line <= len(rows) + 1, finding
+            assert 1 <= finding.column <= len(rows[finding.line - 1] if finding.line <= len(rows) else "") + 1, finding
         assert finding.message, finding
         assert finding.hint, finding
     if (
