@@ -24,10 +24,12 @@ def beneath(standing: Standing, pose: Pose, free: npt.NDArray[np.float64]) -> St
     None where it meets none of them. A membrane that is held up by one body lies no lower anywhere, so it meets no other one for that.
     """
     body = standing.body
-    if not isinstance(body, Several):
+    if body is None:
         return standing
     where = seat(standing, pose)
     placed = place(turn(body, where.heading), where.at, where.tilt, where.depth)
+    if not isinstance(body, Several):
+        return standing if _is_met(placed[0], free) else None
     kept = [part for part, one in zip(body.parts, placed, strict=True) if _is_met(one, free)]
     if len(kept) in (0, len(body.parts)):
         return standing if kept else None
@@ -51,7 +53,13 @@ def _is_met(body: Placed, free: npt.NDArray[np.float64]) -> bool:
     """Whether a body comes through the free membrane: by its top, or beside the membrane's border by its flank."""
     if body.top <= float(free[..., 2].min()):
         return False
-    low, high = free[..., :2].min(axis=(0, 1)), free[..., :2].max(axis=(0, 1))
+    low, high = _inside(free)
     if bool(np.all((low < body.origin[:2]) & (body.origin[:2] < high))):
         return True
     return bool((body.gap(np.ascontiguousarray(free.reshape(-1, 3))).distance < 0.0).any())
+
+
+def _inside(free: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the corners (x, y), m, of the largest rectangle that the membrane covers, which is narrower in its middle."""
+    x, y = np.sort(free[..., 0], axis=1), np.sort(free[..., 1], axis=0)
+    return np.array([x[:, 0].max(), y[0].max()]), np.array([x[:, -1].min(), y[-1].min()])

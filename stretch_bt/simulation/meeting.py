@@ -31,6 +31,7 @@ _PASSES = 30
 _FRAME = 2e4  # N/m, stiffness of the hand's frame where something meets it
 _LOOSER = 10.0  # tolerance of the way of a pull over the tolerance of shared travel
 _KEPT = 8  # stretches, of which the free membrane is kept
+_WELL_INSIDE = 0.6  # of half the membrane's sides, within which it is under any stretch
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
@@ -81,7 +82,9 @@ class Meeting:
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
         rest = self.specimen.rest(state, dt)
         nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
-        standing = self._met(self._carried(past, pose), pose, stretch)
+        carried = self._carried(past, pose)
+        # what sticks may pull a membrane that it is below
+        standing = carried if self.specimen.grip(state) else self._met(carried, pose, stretch)
         if standing is None:
             return nothing
         where = seat(standing, pose)
@@ -114,15 +117,20 @@ class Meeting:
 
     def _met(self, standing: Standing, pose: Pose, stretch: float) -> Standing | None:
         """Return the standing object, of several bodies the ones that the membrane can meet; None where it meets none of them."""
-        if not isinstance(standing.body, Several):
-            return standing
-        return beneath(standing, pose, self._free(stretch))
+        free = self._free(stretch) if self._may_miss(standing, pose, stretch) else None
+        return standing if free is None else beneath(standing, pose, free)
 
-    def _free_at(self, stretch: float) -> np.ndarray:
-        """Return the points (rows, columns, 3), m, of the membrane that touches nothing."""
+    def _may_miss(self, standing: Standing, pose: Pose, stretch: float) -> bool:
+        """Return whether a body may stand beside the membrane: it is one of several, or its axis is far from the middle."""
+        if standing.body is None or isinstance(standing.body, Several):
+            return standing.body is not None
+        at = seat(standing, pose).at
+        return any(abs(a) > _WELL_INSIDE * border for a, border in zip(at, self._borders(stretch), strict=True))
+
+    def _free_at(self, stretch: float) -> np.ndarray | None:
+        """Return the points (rows, columns, 3), m, of the membrane that touches nothing; None of one that knows no border."""
         skin = self.fidelity.free(stretch)
-        assert isinstance(skin, Grid)
-        return skin.points
+        return skin.points if isinstance(skin, Grid) else None
 
     def lift(self, standing: Standing, where: Seat, stretch: float) -> float:
         """Return how far the membrane hangs where it meets the object, m."""
@@ -221,9 +229,12 @@ class Meeting:
     def _covers(self, where: Seat, stretch: float) -> bool:
         """Return whether the object stands under the membrane, at least in part."""
         reach = self.scene.object.reach
+        return all(abs(a) <= border + reach for a, border in zip(where.at, self._borders(stretch), strict=True))
+
+    def _borders(self, stretch: float) -> tuple[float, float]:
+        """Return half the width and half the length, m, of the membrane where its clamps hold it."""
         length = self.membrane.gauge + self.scene.hand.mount_prestretch + stretch
-        borders = (self.membrane.width / 2, length / 2)
-        return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
+        return self.membrane.width / 2, length / 2
 
 
 def _ahead(past: Past, travel: float) -> float | None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.objects.base import Standing
 
@@ -55,7 +56,8 @@ def _tilted(standing: Standing, pose: Pose, rotation: np.ndarray) -> Seat:
     about_x = math.asin(-min(max(seen[1, 2], -1.0), 1.0))
     about_y = math.atan2(seen[0, 2], seen[2, 2])
     heading = math.atan2(seen[1, 0], seen[1, 1])
-    assert standing.body is not None
+    if standing.body is None:
+        raise NoEquilibrium("a tilted hand has no answer over an object wider than the membrane")
     origin = np.array([standing.x, standing.y, standing.top - origin_below_top(standing.body)])
     place = _MIRROR @ rotation.T @ (origin - np.array(pose.position))
     depth = float(place[2]) + rise(turn(standing.body, heading), (about_x, about_y))

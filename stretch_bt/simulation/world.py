@@ -38,7 +38,8 @@ class World:
     """A scene and a hand over it.
 
     Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
-    matter; else `advance` takes it from moment to moment, and questions in between change nothing. The sheet is solved exactly, or
+    matter; else `advance` takes it from moment to moment, and questions in between leave its memory alone. A shape that only a camera
+    sees starts from the one solved last at its place, by which it may differ by some 0.01 mm. The sheet is solved exactly, or
     to `within`, a part of the force, or else with the settings that the advisor chose.
     """
 
@@ -73,9 +74,7 @@ class World:
             return None
         radius = before.diameter / 2
         place = Place(Sphere(before.diameter), None, (0.0, 0.0), 0.0, (0.0, 0.0), radius, before.stretch)
-        depth = max(
-            before.depth - self.fidelity.lift(place), 0.0
-        )  # it counts from first contact, where the membrane hangs
+        depth = before.depth - self.fidelity.lift(place)  # it counts from first contact, where the membrane hangs
         return self.fidelity.released(self.fidelity.press(place, depth, None).state)
 
     def exchange(self, spec: ObjectSpec) -> None:

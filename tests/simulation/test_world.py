@@ -1,5 +1,5 @@
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.model import ForceModel, hertz_force
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.camera.renderer import DepthRenderer
+from stretch_bt.simulation.camera.skin import table_under
 from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.objects.response import Response
 from stretch_bt.simulation.objects.sphere import SphereObject
@@ -355,7 +356,7 @@ def test_the_radius_of_a_top_that_flattens_is_the_one_that_presses(fidelity):
     assert truth["radius"] > 1.05 * made.object.radius
     ball = scene("rigid: true", f"type: sphere, diameter: {2e3 * truth['radius']:.9f} mm", fidelity, "none")
     rigid = World(ball).truth(Pose((0, 0, ball.object.top - truth["depth"])), 0.0)
-    assert truth["force"] == pytest.approx(rigid["force"], rel=3e-3)
+    assert truth["force"] == pytest.approx(rigid["force"], rel=1e-3)
 
 
 def test_a_hand_that_was_conditioned_calls_for_softening():
@@ -364,3 +365,63 @@ def test_a_hand_that_was_conditioned_calls_for_softening():
     for more, on in ((hand, True), ("tolerance: {force: 3 %}\n", False)):
         made = scene("rigid: true, base: 40 mm", "type: sphere, diameter: 30 mm", "sheet", "auto", more)
         assert {verdict.name: verdict.on for verdict in advise(made)}["mullins"] is on
+
+
+def test_a_balloon_may_flatten_until_it_is_as_wide_as_the_round_membrane():
+    """The ball that it stands below was wider than the membrane, which was a broken driver."""
+    balloon = "type: balloon, diameter: 80 mm, pressure: 4 kPa, fill: {type: water}"
+    world = World(
+        parse_scene(f"format: stretch-scene/1\nobject: {{{balloon}}}\nfidelity: axisymmetric\neffects: all\n")
+    )
+    top = world.scene.object.top
+    truths = [world.truth(Pose((0, 0, top - depth)), 0.0) for depth in (0.001, 0.002, 0.004, 0.006)]
+    assert [t["force"] for t in truths] == sorted(t["force"] for t in truths)
+    assert truths[-1]["radius"] * 1.25 > 0.055
+    with pytest.raises(NoEquilibrium, match="above the round membrane"):
+        world.fidelity._solve(0.060, 0.0, 0.002)
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "axisymmetric", "sheet"])
+def test_the_lightest_touch_has_a_shape(fidelity):
+    """An object that creeps is drawn in steps of 4 um, of which the first is 0."""
+    world = World(scene("rigid: true", "type: sphere, diameter: 40 mm", fidelity, "none"))
+    touch = world.contact(Pose((0, 0, 0.04 - 1e-6)), 0.0)
+    skin = world.skin(replace(touch, depth=0.0), 0.0)
+    depth = DepthRenderer(SR305, 0.2).render(skin, table_under(Pose((0, 0, 0.04))))
+    assert depth[depth > 0].min() == pytest.approx(0.2, abs=1e-3)
+
+
+def test_a_plane_under_a_tilted_hand_has_no_answer():
+    world = World(scene("rigid: true, height: 40 mm", "type: plane", "hertz", "none"))
+    with pytest.raises(NoEquilibrium, match="tilted"):
+        world.contact(Pose((0, 0, 0.038), (0.1, 0, 0)), 0.0)
+
+
+@pytest.mark.parametrize("stretch", [0.0, 0.03])
+@pytest.mark.parametrize(
+    "kind", ["type: box, length: 40 mm, width: 40 mm, height: 40 mm", "type: sphere, diameter: 30 mm"]
+)
+def test_past_the_side_of_the_sheet_nothing_touches(kind, stretch):
+    """An object whose reach meets the membrane's border, and that stands beside it, was pressed without an equilibrium."""
+    world = World(scene("rigid: true, base: 10 mm", kind, "sheet", "none"))
+    top, free = world.scene.object.top, world.fidelity.free(stretch).points
+    aside = 0.045 + world.scene.object.reach / (math.sqrt(2) if "box" in kind else 1)
+    for x in np.linspace(aside + 1e-4, aside + 0.02, 5):
+        contact = world.contact(Pose((float(x), 0, top - 0.010)), stretch)
+        assert contact.force == (0.0, 0.0, 0.0)
+        np.testing.assert_array_equal(world.skin(contact, stretch).points, free)
+    assert world.contact(Pose((0.030, 0, top - 0.010)), stretch).force[2] > 0.1
+
+
+def test_a_hand_is_conditioned_as_deep_as_it_says_although_it_hangs_lower():
+    """From first contact: a slack membrane that hangs 7 mm was pressed by all of them where 2 mm were asked."""
+    hand = "hand: {mount_prestretch: 0 mm, conditioned: {diameter: 30 mm, stretch: 0 mm, depth: 2 mm}}\n"
+    made = scene("rigid: true, base: 40 mm", "type: sphere, diameter: 30 mm", "sheet", "{mullins: on, sag: on}", hand)
+    pressed = []
+    world = World(made)
+    solve = world.fidelity.press
+    world.fidelity.press = lambda place, depth, state: (
+        pressed.append(depth + world.fidelity.lift(place)) or solve(place, depth, state)
+    )
+    world._conditioned()
+    assert pressed == [pytest.approx(0.002)]

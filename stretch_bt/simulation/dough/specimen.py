@@ -147,7 +147,7 @@ class DoughSpecimen(Specimen):
         from stretch_bt.perception import circularity
 
         lump = state.lump
-        height = lump.height - min(drop, 0.9 * lump.height)
+        height = lump.height - min(drop + self._sunk(lump), 0.9 * lump.height)
         line = self.outline(state, height)
         contour, chain, low = (float(circularity(line, method=m)) for m in ("contour", "pixel_chain", "low_pass"))
         return {
@@ -213,7 +213,11 @@ class DoughSpecimen(Specimen):
         return force - self.tack * (1 - away), slope * (1 - away)
 
     def _find_top(self, lump: Lump) -> float:
-        return self.spec.base + lump.height - (0.0 if self.dough is None else self._felt(lump).sunk)
+        return self.spec.base + lump.height - self._sunk(lump)
+
+    def _sunk(self, lump: Lump) -> float:
+        """Return how far its top sinks under its own weight, m."""
+        return 0.0 if self.dough is None else self._felt(lump).sunk
 
     def _make_felt(self, lump: Lump) -> Resistance:
         assert self.dough is not None

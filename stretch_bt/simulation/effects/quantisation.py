@@ -17,9 +17,9 @@ __all__ = ["Quantisation"]
 
 
 class Parameters(base.Parameters):
-    """The depth of one count, m."""
+    """The depth of one count, m; 65,535 of the least reach past a membrane 0.3 m away."""
 
-    unit: Annotated[Length, Within(1e-6, 0.01, "Length")] = Field(default=0.000125, description="depth of one count")
+    unit: Annotated[Length, Within(5e-6, 0.01, "Length")] = Field(default=0.000125, description="depth of one count")
 
 
 class Quantisation(CameraEffect):

@@ -21,6 +21,8 @@ __all__ = ["AxisymmetricFidelity"]
 
 _GRID = 121  # points along and across that the profile is sampled at
 _KEPT = 256  # presses that are kept
+_ROOM = 1.25  # radius of the next larger fixed ball over a ball's own, at most
+_GRAZE = 1e-6  # m; the shape of a touch that is lighter
 
 
 class AxisymmetricFidelity:
@@ -47,7 +49,7 @@ class AxisymmetricFidelity:
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths; for a ball whose radius varies, between balls of fixed radii."""
         radius = self._radius(place)
-        if place.varies:
+        if place.varies and _ROOM * radius < self._sheet(place.stretch).radius:
             return Between(Sphere(2 * radius), lambda ball: self._curve(ball.diameter / 2, place.stretch))
         return self._curve(radius, place.stretch)
 
@@ -59,7 +61,7 @@ class AxisymmetricFidelity:
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
         """Return the solved profile."""
-        return Pressed(self._grid(place, self._solve(self._radius(place), place.stretch, depth)))
+        return Pressed(self._grid(place, self._solve(self._radius(place), place.stretch, max(depth, _GRAZE))))
 
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, which has no part across."""
@@ -76,6 +78,10 @@ class AxisymmetricFidelity:
         """Return a flat membrane."""
         return Profile(None, (0.0, 0.0), self.width, self._length(stretch))
 
+    def _sheet(self, stretch: float) -> CircularMembrane:
+        sizes = self.width, self.gauge, self._length(stretch), self.thickness
+        return CircularMembrane.in_place_of(*sizes, self.material)
+
     def _length(self, stretch: float) -> float:
         return self.gauge + self.mount_prestretch + stretch
 
@@ -89,8 +95,11 @@ class AxisymmetricFidelity:
     def _solve(self, radius: float, stretch: float, depth: float) -> AxisymmetricPress:
         key = (radius, stretch, depth)
         if key not in self._pressed:
-            sizes = self.width, self.gauge, self._length(stretch), self.thickness
-            sheet = CircularMembrane.in_place_of(*sizes, self.material)
+            sheet = self._sheet(stretch)
+            if radius >= sheet.radius:
+                raise NoEquilibrium(
+                    f"a radius of {radius * 1e3:.4g} mm is above the round membrane's {sheet.radius * 1e3:.4g} mm; use the sheet"
+                )
             with self.stats.timed("solve"):
                 self._pressed[key] = sheet.press(radius, depth)
             while len(self._pressed) > _KEPT:

@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 __all__ = ["Between"]
 
-_RATIO = 1.5  # ratio of one radius to the next; between them the force is nearly a power of the radius
+_RATIO = 1.25  # ratio of one radius to the next; between them the force is within 0.1 % of a power of the radius
 
 
 class Between:

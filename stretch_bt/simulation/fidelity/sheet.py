@@ -17,7 +17,6 @@ from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
-from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere, goes_on_as
 from stretch_bt.simulation.membrane.indenters.turned import turn
 from stretch_bt.simulation.membrane.materials import Material
@@ -47,8 +46,6 @@ _RISE = 1.5  # power of depth that a force about grows with
 _GRAZE = 2e-5  # m of travel; a touch that is lighter has no mesh fine enough, and the shape of this one
 _LIGHT = 2e-4  # m of travel up to which one twice as deep stands in for a press that cannot be solved
 _SAME = 1e-9  # tolerance over the travel
-_ALONG, _ACROSS = 41, 9  # places at which it is known how far the membrane hangs
-_WAYS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 
 class SheetFidelity:
@@ -109,17 +106,16 @@ class SheetFidelity:
         return self._lift(place) if self.sheet.effects.sag and place.body is not None else 0.0
 
     def _lift_at(self, place: Place) -> float:
-        tops, length = _tops(place), self.sheet.span(place.stretch) * self.sheet.unit
-        hang = self._hang(place.stretch)((tops[:, 1] / length, tops[:, 0] / self.sheet.width))
-        return max(0.0, float((hang - tops[:, 2]).max()))
+        from stretch_bt.simulation.membrane.sheet.hanging import lift
+
+        assert place.body is not None
+        body = turn(place.body, place.heading)
+        return lift(self._hang(place.stretch), self.sheet, place.stretch, body, place.at)
 
     def _hang_at(self, stretch: float) -> RegularGridInterpolator:
-        """Return how far it hangs, m, by the place along it and across it, each from -1/2 to 1/2; 0 beyond."""
-        from scipy.interpolate import RegularGridInterpolator
+        from stretch_bt.simulation.membrane.sheet.hanging import profile
 
-        down = -self.resting(stretch).points(_ACROSS, _ALONG)[..., 2]
-        grid = np.linspace(-0.5, 0.5, _ALONG), np.linspace(-0.5, 0.5, _ACROSS)
-        return RegularGridInterpolator(grid, down, bounds_error=False, fill_value=0.0)
+        return profile(self.resting(stretch))
 
     def free(self, stretch: float) -> Skin:
         """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
@@ -205,7 +201,10 @@ class SheetFidelity:
         failure: NoEquilibrium | None = None
         for settings in (*first, self.settings, _LOOSE):  # the latter where forces cannot balance exactly
             try:
-                return solve(self.sheet, load, settings, start)
+                if settings is not _LOOSE:
+                    return solve(self.sheet, load, settings, start)
+                with self.stats.timed("solve to 1 %"):
+                    return solve(self.sheet, load, settings, start)
             except Impossible:
                 raise
             except NoEquilibrium as error:
@@ -234,17 +233,6 @@ class _Last:
     asked: Load
     solved: SheetPress
     seen: bool
-
-
-def _tops(place: Place) -> Array:
-    """Return (n, 3) float, m: where the tops of a body are, the ends of flat ones too, and how far below the highest."""
-    assert place.body is not None
-    body = turn(place.body, place.heading)
-    found = []
-    for part in body.parts if isinstance(body, Several) else (Part(body, (0.0, 0.0)),):
-        middle = np.add(np.add(place.at, part.at), part.indenter.peak)
-        found += [(*(middle + part.indenter.flat * np.array(way)), part.below) for way in _WAYS]
-    return np.array(found)
 
 
 def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:

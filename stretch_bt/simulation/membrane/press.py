@@ -195,7 +195,7 @@ def _sheet(request: _Request) -> PressResult:
     from stretch_bt.simulation.membrane.sheet.result import Load
     from stretch_bt.simulation.membrane.sheet.solver import solve
 
-    load = Load(request.indenter, request.stretch, request.depth, request.at, request.tilt)
+    load = Load(request.indenter, request.stretch, request.depth, request.at, request.tilt, _hang(request))
     solved = solve(request.sheet, load, request.settings, request.start)
     region = solved.region()
     turned = isinstance(request.indenter, Sphere | Cylinder | Cone)
@@ -210,6 +210,16 @@ def _sheet(request: _Request) -> PressResult:
         solved.warnings,
         solved,
     )
+
+
+def _hang(request: _Request) -> float:
+    """Return how far the sheet hangs over the indenter before it is touched, m."""
+    if request.sheet.effects.sag <= 0:
+        return 0.0
+    from stretch_bt.simulation.membrane.sheet.hanging import hang, lift, profile
+
+    hangs = profile(hang(request.sheet, request.stretch))
+    return lift(hangs, request.sheet, request.stretch, request.indenter, request.at)
 
 
 def _axisymmetric(request: _Request) -> PressResult:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LooseSpec", "SlidingSpecimen"]
 
+_STEP = 0.1  # s along the hand's path, which is straight in a step
+
 
 class LooseSpec(ObjectSpec, ABC):
     """An object that its own weight alone holds in its place; it slides where the effect `rigid_shift` is on."""
@@ -48,9 +50,14 @@ class SlidingSpecimen(Specimen):
 
     @property
     def memory(self) -> float:
-        """Infinite, as only the path counts, unless its own answer depends on time."""
+        """Steps, s, that are short beside a turn of the hand's path, or its own if they are shorter."""
         own = self.plain.memory
-        return float("inf") if own is None else own
+        return _STEP if own is None else min(own, _STEP)
+
+    @property
+    def timeless(self) -> bool:
+        """Whether its own answer does not depend on time: it slides with the hand alone."""
+        return self.plain.timeless
 
     def start(self, seed: int = 0) -> Slid:
         """Return the state where the scene has the object."""

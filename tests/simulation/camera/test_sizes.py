@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from stretch_bt.errors import FileError
 from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.presets import PRESETS
+from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.effects import CameraEffect, registry
+from stretch_bt.simulation.effects.base import Exposure
 from stretch_bt.simulation.scene.file import parse_scene
 
 EFFECTS = {name: effect for name, effect in registry().items() if issubclass(effect, CameraEffect)}
@@ -103,3 +107,13 @@ def test_what_is_stronger_never_counts_less():
         ]
         assert np.all(np.diff(said, axis=0) >= 0)
         assert not np.any(said[0])
+
+
+def test_the_least_count_reaches_past_the_membrane():
+    """Counts of 16 bits of less than 3 um ended before the membrane, and every pixel was empty."""
+    text = "format: stretch-scene/1\nobject: {type: plane, height: 40 mm, rigid: true}\nfidelity: hertz\neffects: {quantisation: {unit: 0.00%d mm}}\n"
+    unit = parse_scene(text % 5).parameters(EFFECTS["quantisation"]).unit
+    exposure = Exposure(np.full((1, 1), 0.3, np.float32), SR305, 0.0, 0, 30.0, np.random.default_rng, unit)
+    assert counts(exposure)[0, 0] == 60000
+    with pytest.raises(FileError, match="unit"):
+        parse_scene(text % 4)

@@ -137,3 +137,11 @@ def test_an_edge_cracks_by_the_press_since_the_lump_rolled_and_not_by_those_befo
 def test_what_an_effect_of_dough_needs_is_what_it_uses():
     known = registry()
     assert (known["edge_cracks"].needs, known["tack"].needs) == ("plasticity", None)
+
+
+@pytest.mark.parametrize("drop", [0.0, 2e-3])
+def test_its_thickness_is_how_high_it_stands_on_the_table(drop):
+    """The thickness left out how far a lump sinks under its own weight: 0.3 mm of a soft cube of 60 mm."""
+    thing = specimen(*USUAL, edge="60 mm", yield_stress="1 kPa")
+    state = thing.start()
+    assert thing.known(state, drop)["thickness"] == pytest.approx(thing.standing(state, drop).top - thing.spec.base)

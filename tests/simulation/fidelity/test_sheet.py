@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.effects.friction import Friction
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
@@ -109,3 +110,17 @@ def test_balls_that_differ_a_little_share_their_solved_presses(solved):
     once = len(solved)
     sheet.law(replace(place, body=Sphere(0.0408), form=HertzForm("sphere", 0.0204)), None)(DEPTH)
     assert len(solved) == once
+
+
+def test_a_press_that_is_solved_loosely_is_counted(monkeypatch):
+    exact = solver.solve
+
+    def unbalanced(sheet, load, settings, start=None):
+        if settings.exact:
+            raise NoEquilibrium("no equilibrium within 0 iterations")
+        return exact(sheet, load, settings, start)
+
+    monkeypatch.setattr(solver, "solve", unbalanced)
+    sheet = SheetFidelity(*SHEET)
+    assert sheet._solved_force(PLACE, DEPTH, None)[2] > 0
+    assert sheet.stats.counts["solve to 1 %"] == 1

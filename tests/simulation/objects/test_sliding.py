@@ -67,7 +67,7 @@ def test_pressed_straight_down_or_let_go_nothing_slides():
 
 def test_the_specimen_moves_with_what_slid_and_keeps_its_own_answer():
     specimen = scene(RING).object.specimen(Active([shift()]))
-    assert specimen.memory == math.inf
+    assert (specimen.memory, specimen.timeless) == (0.1, True)
     start = specimen.start()
     after = specimen.after(start, press((0.010, 0.0)))
     standing = specimen.standing(after, 0.0)
