@@ -53,8 +53,9 @@ class Comparison:
         return None
 
     def shared(self, rows: Iterable[Row]) -> int:
-        """Return how many rows were there before."""
-        return sum(row.key in self.old for row in rows)
+        """Return how many rows are compared: those that were there before, and skipped neither then nor now."""
+        before = {key for key, row in self.old.items() if row.status != SKIPPED}
+        return sum(row.key in before and row.status != SKIPPED for row in rows)
 
     def missing(self, rows: Iterable[Row]) -> int:
         """Return how many answers of before, of the domains that are compared, are not among these rows."""

@@ -20,7 +20,8 @@ class Job:
 
     `run` may raise NoAnswer. `seconds` is the CPU time that it is expected to take, `error_kind` is for the row where it is
     not run. The first job of a `group` makes what the others need, so that none is run where one before it was not run, or
-    where the first has no answer.
+    where the first has no answer. `once` is for answers that are kept, whose time a second run would not take again: it is
+    not compared.
     """
 
     case: str
@@ -31,6 +32,7 @@ class Job:
     seed: int | None = None
     default: bool = False
     group: str = ""
+    once: bool = False
 
 
 class Axis(NamedTuple):

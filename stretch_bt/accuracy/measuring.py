@@ -40,8 +40,8 @@ def measure(
     """Return the rows of the named domains, or of all, each as soon as it is measured.
 
     `quick` takes the jobs that fit into 6 CPU s a domain. `part` is which of how many parts, about equally long, of each domain.
-    A time of 50 ms and more is taken three times where that takes little or where `doubt` of the row is true; the least
-    counts. `commit` is the code that made the rows, where git does not know.
+    A time of 50 ms and more is taken three times where that takes little or where `doubt` of the row is true, unless its job
+    is to run `once`; the least counts. `commit` is the code that made the rows, where git does not know.
     """
     chosen = domains(names)
     made = made_here(commit)
@@ -89,7 +89,8 @@ def _timed(job: Job, row: Callable[[Answer, float | None], Row], quick: bool, do
         began = time.process_time()
         answers = _answers(job)
         spent = time.process_time() - began
-        beside = yardstick() if any((a.cpu_seconds or 0.0) >= LEAST for a in answers) else None
+        compared = not job.once and any((a.cpu_seconds or 0.0) >= LEAST for a in answers)
+        beside = yardstick() if compared else None
         again = [row(answer, beside) for answer in answers]
         found = [_quicker(*pair) for pair in zip(found or again, again, strict=True)]
         if beside is None or (time_ == 0 and not (spent < _LONG and not quick) and not any(map(doubt, found))):

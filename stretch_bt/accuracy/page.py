@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from stretch_bt.accuracy import file
@@ -36,9 +36,9 @@ stretch-bt accuracy --from docs/accuracy/*.jsonl --page docs/accuracy
 """
 
 
-def kept(folder: Path) -> list[Row]:
-    """Return the rows that a page was drawn from, none where there is no page."""
-    found = sorted(path for name in names() if (path := folder / f"{name}.jsonl").exists())
+def kept(folder: Path, fresh: Collection[str] = ()) -> list[Row]:
+    """Return the rows that a page was drawn from, but of the domains that are measured anew; none where there is no page."""
+    found = sorted(path for name in names() if name not in fresh and (path := folder / f"{name}.jsonl").exists())
     return [row for path in found for row in file.read(path)]
 
 

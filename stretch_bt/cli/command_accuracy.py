@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,26 +41,26 @@ def command(
     """Measure error against cost, with the error of the reference stated."""
     from stretch_bt.accuracy import domains
     from stretch_bt.accuracy.compare import Comparison
-    from stretch_bt.accuracy.file import read
+    from stretch_bt.accuracy.file import merged, read
 
     files, names = _files(from_ or [], names or [])
-    domains(names)
+    chosen = domains(names)
     if quick and files:
         raise InvalidInput("--quick says what is measured, and --from measures nothing; leave one of them out")
     old = None if compare is None else Comparison(read(compare))
-    given = [row for path in files for row in read(path) if not names or row.domain in names]
+    given = merged(row for path in files for row in read(path) if not names or row.domain in names)
     if files and not given:
         raise InvalidInput(
             f"there is no row of {', '.join(names) or 'any domain'} in these files; name a domain that they hold, or none for all"
         )
-    if page is not None:  # a folder that cannot be made is refused before anything is measured
-        page.mkdir(parents=True, exist_ok=True)
+    beside = [] if page is None else _beside(page, {row.domain for row in given} if files else chosen)
     rows = _kept(given if files else _measured(names, quick, old), out)
     if page is not None:
-        _write_page(page, rows)
+        _write_page(page, merged([*beside, *rows]))
     if old is not None and not old.shared(rows):
         raise InvalidInput(
-            "none of these rows is among the earlier rows, so that nothing was compared; name the same domains and cases"
+            "none of these rows is among the earlier rows, or each was skipped now or then, so that nothing was compared; "
+            "name the same domains and cases, without --quick"
         )
     flags = [] if old is None else [old.flag(row) for row in rows]
     if json_:
@@ -113,12 +113,18 @@ def _progress(case: str) -> None:
         typer.echo(f"\r\033[K{case[:70]}", nl=False, err=True)
 
 
+def _beside(folder: Path, fresh: Collection[str]) -> list[Row]:
+    """Return the rows of other domains that a page has; a folder that cannot hold it is refused before anything is measured."""
+    from stretch_bt.accuracy.page import kept
+
+    folder.mkdir(parents=True, exist_ok=True)
+    return kept(folder, fresh)
+
+
 def _write_page(folder: Path, rows: list[Row]) -> None:
     from stretch_bt.accuracy import page
-    from stretch_bt.accuracy.file import merged
 
-    fresh = {row.domain for row in rows}
-    page.write(folder, merged([*(row for row in page.kept(folder) if row.domain not in fresh), *rows]))
+    page.write(folder, rows)
 
 
 def _documents(rows: list[Row], flags: list[str | None]) -> list[dict[str, Any]]:

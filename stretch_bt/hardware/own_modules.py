@@ -20,6 +20,7 @@ from typing import Any
 from stretch_bt.blame import place_of
 from stretch_bt.errors import StretchError, named, writable
 from stretch_bt.forked import alone
+from stretch_bt.hardware.imported_texts import note_imported
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads_heard import threads_heard
@@ -91,6 +92,7 @@ class Modules:
                 threads_heard(),
             ):
                 importlib.import_module(module)
+                note_imported(folders)
                 found = attribute(module, name.removeprefix(module).lstrip("."))
         except ModuleRefused:
             raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import subprocess
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stretch_bt.hardware.imported_texts import imported_digest, stands_in
 from stretch_bt.runtime.record.places import Places, usual_folders
 from stretch_bt.source import Map, Scalar
 from stretch_bt.threads import kernels
@@ -58,7 +58,7 @@ def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | No
         file, top = str(getattr(module, "__file__", None) or ""), name.partition(".")[0]
         if not file.endswith(".py"):
             continue
-        stands = home is not None and home.name.casefold() in file.casefold() and _stands_in(Path(file), home, top)
+        stands = home is not None and home.name.casefold() in file.casefold() and stands_in(Path(file), home, top)
         if stands or top in tops:
             files[name] = Path(file)
         if stands:
@@ -68,12 +68,10 @@ def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | No
             parts = path.relative_to(home).with_suffix("").parts
             files.setdefault(".".join(parts[:-1] if parts[-1] == "__init__" else parts), path)
     commits = {folder: _commit(folder) for folder in {file.parent for file in files.values()}}
-    return {name: _about(file, commits[file.parent]) for name, file in sorted(files.items())}
-
-
-def _stands_in(file: Path, home: Path, top: str) -> bool:
-    """Whether a module, or the package that it belongs to, stands in a folder; the folder may also be the one of this package."""
-    return top != __name__.partition(".")[0] and (file.parent == home or file.is_relative_to(home / top))
+    return {
+        name: {"file": str(file), "sha256": imported_digest(name, file), "commit": commits[file.parent]}
+        for name, file in sorted(files.items())
+    }
 
 
 def _named(document: Document) -> Iterator[str]:
@@ -85,14 +83,6 @@ def _named(document: Document) -> Iterator[str]:
             yield target.text
     for imported in document.imports.values():
         yield from _named(imported)
-
-
-def _about(file: Path, commit: str | None) -> dict[str, str | None]:
-    try:
-        digest = hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError:
-        digest = None
-    return {"file": str(file), "sha256": digest, "commit": commit}
 
 
 def _commit(folder: Path) -> str | None:

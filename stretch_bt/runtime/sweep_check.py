@@ -58,10 +58,11 @@ def check_sweep(path: str | Path) -> CheckedSweep:
 
 
 def modules_below(file: Path, tree: str | Path, what: str) -> Modules:
-    """Return where the modules of a tree may stand that a file names, not the user: in the folder of that file, or below it."""
-    folder = file.parent.resolve()
-    below = Path(tree).resolve().is_relative_to(folder)
-    return Modules(folder, folder if below else None, f"put the {what} beside the tree, so that you name its folder")
+    """Return where the modules of a tree may stand that a file names, not the user: beside the tree, in the folder of the file or below it."""
+    home, folder = Path(tree).parent.resolve(), file.parent.resolve()
+    if home.is_relative_to(folder):
+        return Modules(home, home)
+    return Modules(folder, None, f"put the {what} beside the tree, so that you name its folder")
 
 
 def tree_wrong(name: Scalar, tree: str, program: Program, what: str) -> Diagnostic:

@@ -10,6 +10,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.imported_texts import digest_of_file
 from stretch_bt.runtime.provenance import driver_modules, own_modules
 from stretch_bt.runtime.sweep_check import CheckedSweep
 from stretch_bt.source import Scalar
@@ -100,6 +102,7 @@ class Items:
 
     def _placed(self, text: str, place: str, modules: Mapping[str, Mapping[str, str | None]] | None = None) -> _Named:
         """Return what is known of a file, or of a shipped one, with the digests of the Python modules that it brings."""
+        _check_unchanged(modules or {})
         digests = {f"module {name}": str(about["sha256"]) for name, about in (modules or {}).items()}
         if not Path(place).is_file():
             return _Named(text, place, digests)
@@ -127,8 +130,24 @@ class Items:
 
 
 def items_of(checked: CheckedSweep) -> Items:
-    """Return the items of a sweep; raises SweepError where the file or a file that it names is wrong."""
+    """Return the items of a sweep.
+
+    Raises
+    ------
+    SweepError
+        The file or a file that it names is wrong.
+    InvalidInput
+        The files are too large to be handed around, or a Python module was changed after this process imported it.
+    """
     return Items(checked.require())
+
+
+def _check_unchanged(modules: Mapping[str, Mapping[str, str | None]]) -> None:
+    """Refuse modules whose files were changed since: the key would be of a text that nothing here runs."""
+    for about in modules.values():
+        if digest_of_file(Path(str(about["file"]))) != about["sha256"]:
+            what = f"{about['file']} was changed after this process imported it"
+            raise InvalidInput(f"{what}; restart Python, and run the sweep again")
 
 
 def _digest(content: Any) -> str:

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import chdir, contextmanager
 from pathlib import Path
+from types import ModuleType
 
 from stretch_bt.errors import InvalidInput
 
@@ -59,12 +60,17 @@ def fresh_folder(files: Mapping[str, bytes], home: str) -> Iterator[Path]:
 
 def _check_imported(files: Mapping[str, bytes]) -> None:
     """Refuse modules that a sweep before this one brought in another text: a process imports each name once."""
-    names = {Path(name).stem for name in files if name.endswith(".py")}
+    names = {part for name in files if name.endswith(".py") for part in Path(name).with_suffix("").parts}
     for name in sorted(names & sys.modules.keys()):
-        file = Path(getattr(sys.modules[name], "__file__", None) or "")
-        if any(file.is_relative_to(folder) for folder in _folders.values()):
+        places = [Path(place) for place in _places(sys.modules[name])]
+        if any(place.is_relative_to(folder) for place in places for folder in _folders.values()):
             what = f"this worker has imported another {name!r}, of an earlier sweep"
             raise InvalidInput(f"{what}; restart the workers, and go on with --resume")
+
+
+def _places(module: ModuleType) -> list[str]:
+    """Return the file of a module, and the folders of a package, which may have no file."""
+    return [str(place) for place in (getattr(module, "__file__", None), *getattr(module, "__path__", ())) if place]
 
 
 def _digest(files: Mapping[str, bytes]) -> str:

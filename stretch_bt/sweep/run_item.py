@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
+from stretch_bt.hardware.imported_texts import note_imported
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
@@ -65,9 +66,11 @@ def _ran(spec: Spec) -> Ran:
         except Exception as error:  # one item that breaks must not end a sweep
             status, reason = _refused(error)
             return Ran(spec.row(status, _without(base, home, reason), worker=worker))
+        finally:  # nodes may import more as they tick
+            note_imported([str((home / spec.tree).parent.resolve())])
         row = _row(spec, result, limit)
         row |= {"reason": _without(base, home, row["reason"]), "worker": worker}
-        stopped = result.status == "INTERRUPTED" and not limit.passed and limit.signalled
+        stopped = result.status == "INTERRUPTED" and limit.signalled
         return Ran(row, None if result.record is None else _files(Path(result.record)), stopped)
 
 

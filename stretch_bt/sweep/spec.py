@@ -31,6 +31,8 @@ class Spec:
         What the row calls the scene: as the sweep file or the tree names it.
     params
         Text by name, as `--set` takes it.
+    tolerance
+        SI number by the name of a result, as `run` takes it.
     limit
         Wall time, s, after which the run is stopped at its next tick.
     files
@@ -48,7 +50,7 @@ class Spec:
     cell: str | None
     seed: int
     params: Mapping[str, str]
-    tolerance: Mapping[str, str]
+    tolerance: Mapping[str, float]
     limit: float | None
     record: Kept
     files: Mapping[str, bytes]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.runtime.record.folder import claim
+from stretch_bt.runtime.record.folder import EVENTS, MCAP, Kept, claim
 from stretch_bt.runtime.sweep_check import check_sweep
 from stretch_bt.sweep.engines import Engine
 from stretch_bt.sweep.items import items_of
@@ -88,19 +88,16 @@ def sweep(
     SweepError
         The file is wrong, or what it names; nothing was run.
     InvalidInput
-        The folder cannot be used.
+        The folder cannot be used, or a Python module was changed after this process imported it.
     """
     began = time.perf_counter()
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with closing(RowFile(folder / ROWS)) as rows, _unless_refused(rows):
-        shutil.copyfile(checked.file.path, folder / SWEEP)
-        done = {key for key, status in rows.statuses.items() if status not in AGAIN}
-        if checked.file.record != "none":  # what ran without a record before is run again for it
-            done = {
-                key for key in done if rows.statuses[key] in ("ERROR", "FAULT") or (folder / RECORDS / key).is_dir()
-            }
+    with closing(RowFile(folder / ROWS)) as rows, _unless_refused(rows, checked.file.path):
+        if not _same(checked.file.path, folder / SWEEP):
+            shutil.copyfile(checked.file.path, folder / SWEEP)
+        done = _done(rows, folder / RECORDS, checked.file.record)
         left = sum(spec.key not in done for spec in items)
         try:
             stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
@@ -112,14 +109,27 @@ def sweep(
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
 
 
+def _same(one: Path, other: Path) -> bool:
+    return one.exists() and other.exists() and one.samefile(other)
+
+
+def _done(rows: RowFile, records: Path, kept: Kept) -> set[str]:
+    """Return the keys of the items that are not run again: those that have their row, and all that is kept of a run."""
+    done = {key for key, status in rows.statuses.items() if status not in AGAIN}
+    if kept == "none":
+        return done
+    least = MCAP if kept == "full" else EVENTS
+    return {key for key in done if rows.statuses[key] in ("ERROR", "FAULT") or (records / key / least).is_file()}
+
+
 @contextmanager
-def _unless_refused(rows: RowFile) -> Iterator[None]:
+def _unless_refused(rows: RowFile, file: Path) -> Iterator[None]:
     """Leave no folder without a row behind where an engine refuses to begin: the next try would find it in use."""
     try:
         yield
     except InvalidInput:
-        if not rows.statuses:
-            folder = rows.path.parent
+        folder = rows.path.parent
+        if not rows.statuses and not _same(file, folder / SWEEP):  # which may be all that there is of the file
             for name in (ROWS, SWEEP):
                 (folder / name).unlink(missing_ok=True)
             with suppress(OSError):  # somebody else's file is in it

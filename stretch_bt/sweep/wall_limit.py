@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Any
 
 from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.runtime.runner import Runner
@@ -31,10 +32,15 @@ class WallLimit(Onlooker):
         return self._runner is None or self._runner.interrupted_by not in ((), (_WHY,))
 
     def begin_tick(self, tick: int, time_: float) -> None:
-        """Stop the run where its time is over; once, since a second stop would cut its `finally` short."""
-        if self._runner is not None and not self.passed and time.perf_counter() >= self._until:
+        """Stop the run where its time is over, unless something else did; a second stop would cut its `finally` short."""
+        if self._runner is not None and not self._runner.interrupted_by and time.perf_counter() >= self._until:
             self.passed = True
             self._runner.interrupt(_WHY)
+
+    def note(self, kind: str, **fields: Any) -> None:
+        """Let the end of the task have its time."""
+        if kind == "stop":
+            self._until = math.inf
 
 
 _WHY = "the limit of wall time"

@@ -107,7 +107,7 @@ class _SweepFile(_Model):
 
 @dataclass(frozen=True, slots=True)
 class SweepFile:
-    """A sweep file as it was written, each name and value at its place; `limit` in s."""
+    """A sweep file as it was written, each name and value at its place; `tolerance` in SI, `limit` in s."""
 
     file: str
     path: Path
@@ -118,7 +118,7 @@ class SweepFile:
     seeds: range
     choices: dict[str, tuple[Value, ...]]
     marks: dict[str, Mark]
-    tolerance: dict[str, str]
+    tolerance: dict[str, float]
     tolerance_mark: Mark | None
     limit: float | None
     record: Literal["full", "events", "none"]
@@ -165,7 +165,7 @@ def load_sweep(path: str | Path) -> SweepFile:
         seeds=range(made.seeds.first, made.seeds.first + made.seeds.count),
         choices={key.text: _choices(value) for key, value in table},
         marks={key.text: key.mark for key, _ in table},
-        tolerance={key.text: written(value) for key, value in given} if isinstance(given, Map) else {},
+        tolerance={} if made.tolerance is None else made.tolerance.named(),
         tolerance_mark=None if given is None else given.mark,
         limit=made.limit,
         record=made.record,

@@ -105,6 +105,26 @@ def test_more_directions_bring_a_lump_nearer_to_its_roundness():
     assert own < default < 0.02
 
 
+@each
+@pytest.mark.parametrize("quick", [False, True])
+def test_no_answer_that_is_kept_is_compared_by_its_time(name, quick):
+    """References are, which others need too, and what one run answers for several rows."""
+    once = {job.setting.series for job in DOMAINS[name].jobs(quick) if job.once}
+    assert once <= {"reference", "against another program", "effects"}
+    assert bool(once) is (name in ("camera", "dough", "membrane", "twin"))
+
+
+def test_a_lump_is_rolled_again_where_its_time_is_taken_again(monkeypatch):
+    rolled = []
+    monkeypatch.setattr(directions, "roll", lambda lump, *given: rolled.append(lump) or ([0.05], None, None))
+    directions._reference.cache_clear()
+    job = next(job for job in directions.jobs() if job.default)
+    for _ in range(3):
+        job.run()
+    directions._reference.cache_clear()
+    assert len(rolled) == len(directions.REFERENCES) + 3
+
+
 @pytest.mark.slow
 def test_the_known_spreads_hold_within_their_scatter():
     job = next(job for job in directions.jobs() if job.error_kind == "known_spread")

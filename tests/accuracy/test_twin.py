@@ -1,6 +1,8 @@
 """The comparison of a scene with and without an effect."""
 
 import math
+import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -47,6 +49,14 @@ def test_a_press_measures_what_the_scene_holds():
     assert found.values["height"] == pytest.approx(0.060, abs=2e-4)
     assert 0.5 < found.values["force"] < 3.0
     assert found.cpu_seconds > 0
+
+
+def test_an_interrupted_run_ends_the_measurement(monkeypatch):
+    """It was a task that failed, and the next one was begun."""
+    module = sys.modules[outcome.__module__]
+    monkeypatch.setattr(module, "run", lambda *_, **__: SimpleNamespace(status="INTERRUPTED", reason="stopped"))
+    with pytest.raises(KeyboardInterrupt):
+        outcome(with_effects("water_balloon", {}), 0)
 
 
 @pytest.mark.slow

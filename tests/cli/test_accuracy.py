@@ -4,6 +4,7 @@ import json
 import re
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -170,6 +171,41 @@ def test_what_shares_no_row_is_not_compared(cli, bench, tmp_path):
     assert (code, "there is no row of force" in err) == (2, True)
 
 
+def test_what_was_skipped_is_not_compared(cli, bench):
+    """A quick measurement of a slow domain compared nothing, and said that 0 of all rows were worse."""
+    cli("membrane", "--out", "old")
+    assert (
+        "0 of 2 rows that were there before are worse"
+        in cli("membrane", "--quick", "--compare", "old/accuracy.jsonl")[1]
+    )
+    bench.jobs = lambda quick: [Job("a press", Setting("solver", "fine"), "force", 9.0, list, seed=3)]
+    code, _, err = cli("membrane", "--quick", "--compare", "old/accuracy.jsonl")
+    assert (code, "nothing was compared" in err) == (2, True)
+
+
+def test_the_last_row_of_a_key_counts_in_several_files(cli, bench):
+    """The page held one row, and what was printed and kept beside it both."""
+    cli("membrane", "--out", "old")
+    bench.error = 0.5
+    cli("membrane", "--out", "new")
+    _, out, _ = cli("--from", "old/accuracy.jsonl", "--from", "new/accuracy.jsonl", "--page", "page", "--json")
+    assert [row["error"] for row in json.loads(out)] == [0.5, None, 0.5]
+    assert [row.to_json() | {"worse": None} for row in read(Path("page/membrane.jsonl"))] == [
+        row | {"worse": None} for row in json.loads(out)
+    ]
+
+
+def test_a_page_that_cannot_be_kept_is_refused_before_anything_is_measured(cli, bench):
+    """All that was measured was lost."""
+    cli("membrane", "--page", "page")
+    Path("page/membrane.jsonl").write_text("torn")
+    bench.asked.clear()
+    code, _, err = cli("force", "--page", "page")
+    assert (code, "membrane.jsonl:1" in err, bench.asked) == (2, True, [])
+    assert cli("membrane", "--page", "page")[0] == 0  # which it is to take the place of
+    assert len(read(Path("page/membrane.jsonl"))) == 3
+
+
 @pytest.mark.parametrize("number", ["NaN", "Infinity"])
 def test_a_row_with_what_is_no_number_is_told_at_its_line(cli, bench, number):
     cli("membrane", "--out", "old")
@@ -200,6 +236,15 @@ def test_a_time_is_taken_again_before_it_is_called_slow(bench, monkeypatch):
         row = next(measure(["membrane"], doubt=old.slower))
         assert old.slower(row) is slow
         assert row.cpu_seconds == min(seconds)
+
+
+def test_an_answer_that_is_kept_is_asked_for_once_and_its_time_not_compared(bench, monkeypatch):
+    """Its first time stood beside the slowest of three times of the fixed computation."""
+    bench.seconds = [1.0]
+    plain = bench.jobs
+    bench.jobs = lambda quick: [replace(job, once=True) for job in plain(quick)]
+    row = next(measure(["membrane"], doubt=lambda row: True))
+    assert (bench.asked, row.cpu_seconds, row.kernel_seconds) == (["coarse"], 1.0, None)
 
 
 def test_a_long_job_is_run_once_unless_in_doubt(bench, monkeypatch):

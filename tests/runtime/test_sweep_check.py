@@ -108,3 +108,22 @@ def test_modules_beside_a_tree_elsewhere_are_not_imported(tmp_path):
     found = check_sweep(path)
     assert [d.code for d in found.diagnostics] == ["tree-wrong"]
     assert "put the sweep file beside the tree" in found.diagnostics[0].hint
+
+
+@pytest.mark.parametrize(("at", "right"), [("trees", True), ("", False), ("lib", False)])
+@pytest.mark.parametrize("kind", ["sweep", "mocks"])
+def test_modules_stand_where_a_run_looks_for_them(tmp_path, own_nodes, kind, at, right):
+    """Beside a tree in a folder below; one beside the sweep file alone was right here, and no worker had it."""
+    name = f"own_{kind}_{at}"
+    for folder in ("trees", "lib"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / at / f"{name}.py").write_text("NUMBER = 1\n")
+    (tmp_path / "lib" / "lib.yaml").write_text(LIBRARY + f"imports: {{own: {name}}}\n" * (at == "lib"))
+    imports = "lib: ../lib/lib.yaml" + f", own: {name}" * (at != "lib")
+    (tmp_path / "trees" / "own.yaml").write_text(
+        f"format: stretch-tree/1\nimports: {{{imports}}}\ntrees: {{main: {{sequence: [lib.rest]}}}}\n"
+    )
+    path = tmp_path / "given.yaml"
+    path.write_text(f"format: stretch-{kind}/1\ntree: trees/own.yaml\n" + "mocks: []\n" * (kind == "mocks"))
+    assert [d.code for d in check(path)] == ([] if right else ["tree-wrong"])
+    assert any(d.severity == "error" for d in check(tmp_path / "trees" / "own.yaml")) is not right

@@ -2,10 +2,12 @@
 
 import os
 import pickle
+import sys
 
 import pytest
 
 from stretch_bt.errors import InvalidInput, SweepError
+from stretch_bt.runtime.check import check
 from stretch_bt.sweep import bundle, items
 
 SCENE = "format: stretch-scene/1\nobject: {type: soft_sphere, diameter: 60 mm, stiffness: 1 N/mm}\n"
@@ -18,6 +20,7 @@ params: {height: {default: 20 mm}, table: {default: none, type: str}}
 trees: {main: {sequence: [lib.rest, {retract: {clearance: $height}, log: $table}]}}
 """
 REST = "format: stretch-tree/1\ntrees: {rest: {sequence: [{wait: {duration: 0.1 s}}]}}\n"
+OF_MODULE = "format: stretch-tree/1\nimports: {own: %s}\ntrees: {main: {sequence: [{wait: {duration: 1 s}}]}}\n"
 CELL = "format: stretch-cell/1\ndevices: {arm: {type: Arm, use: simulated}, gripper: {type: Gripper, use: simulated}}\n"
 
 
@@ -143,6 +146,24 @@ def test_packages_beside_a_tree_go_along_and_count_whole(lab, own_nodes):
         lab.write(f"{number}/{names[1]}/later.py", "NUMBER = 9\n")
         keys.append(key(lab))
     assert len(set(keys)) == 4
+
+
+@pytest.mark.parametrize("changed", ["sweep_edited.py", "sweep_edited_beside/maths.py"])
+def test_a_module_that_was_changed_after_its_import_is_refused(lab, own_nodes, changed, monkeypatch):
+    """Rows of the old code stood under the key of the new text."""
+    for name in [name for name in sys.modules if name.startswith("sweep_edited")]:
+        monkeypatch.delitem(sys.modules, name)
+    lab.write("sweep_edited_beside/maths.py", "NUMBER = 1\n")
+    lab.write("sweep_edited.py", "from sweep_edited_beside import maths\n")
+    lab.write("tree.yaml", OF_MODULE % "sweep_edited")
+    lab.sweep("tree: tree.yaml")
+    check(lab.folder / "tree.yaml")  # imports it
+    before, text = key(lab), (lab.folder / changed).read_text()
+    (lab.folder / changed).write_text(text + "# changed\n")
+    with pytest.raises(InvalidInput, match=rf"{changed} was changed after this process imported it; restart Python"):
+        lab.specs()
+    (lab.folder / changed).write_text(text)
+    assert key(lab) == before
 
 
 @pytest.mark.parametrize("more", ["limit: 1 min", "record: events", "doc: another"])

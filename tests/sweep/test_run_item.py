@@ -5,11 +5,12 @@ import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.sweep import run_item
+from stretch_bt.sweep import run_item, wall_limit
 from stretch_bt.sweep.laid_out import laid_out
 
 FIELDS = {
@@ -114,6 +115,48 @@ def test_past_its_limit_a_run_is_stopped_safely_at_its_next_tick(own, threaded):
     assert ran.row["ticks"] >= 3  # its `finally` waits two ticks
 
 
+def test_a_module_that_a_node_imported_as_it_ticked_is_refused_once_it_is_changed(lab, own_nodes):
+    node = (
+        "from stretch_bt import Behavior, Status, node\n\n\n@node\nclass Lazy(Behavior):\n"
+        '    """Import as it ticks."""\n\n    def update(self) -> Status:\n'
+        "        from . import later\n\n        return Status.SUCCESS\n"
+    )
+    lab.write("sweep_lazy/__init__.py", node)
+    later = lab.write("sweep_lazy/later.py", "NUMBER = 1\n")
+    lab.write(
+        "own.yaml", "format: stretch-tree/1\nimports: {own: sweep_lazy}\ntrees: {main: {sequence: [{lazy: {}}]}}\n"
+    )
+    lab.sweep("tree: own.yaml")
+    (spec,) = lab.specs()
+    assert run_item(spec).row["status"] == "SUCCESS"
+    later.write_text("NUMBER = 2\n")
+    with pytest.raises(InvalidInput, match=r"later\.py was changed after this process imported it"):
+        lab.specs()
+
+
+LATE = "sys.modules['stretch_bt.sweep.wall_limit'].time.now += 1e9\n"  # the limit of an item is over
+KILL = "os.kill(os.getpid(), signal.SIGTERM)\n"
+RUNNING, DONE = "return Status.RUNNING", "self.found = 1\nreturn Status.SUCCESS"
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "stopped"),
+    [
+        (f"{LATE}{DONE}", "SUCCESS", False),  # its `finally` is not cut short
+        (f"{KILL}{LATE}{RUNNING}", "INTERRUPTED", True),
+        (f"{LATE}{KILL}{RUNNING}", "INTERRUPTED", True),
+        (f"if hasattr(self, 'late'):\n    {KILL}else:\n    {LATE}self.late = 1\n{RUNNING}", "timed_out", True),
+        (f"{LATE}{RUNNING}", "timed_out", False),
+    ],
+)
+def test_the_limit_takes_neither_a_task_that_is_done_nor_a_signal(own, monkeypatch, body, status, stopped):
+    clock = SimpleNamespace(now=0.0, perf_counter=lambda: clock.now)
+    monkeypatch.setattr(wall_limit, "time", clock)
+    (spec,) = own(body, "limit: 1 min")
+    ran = run_item(spec)
+    assert (ran.row["status"], ran.stopped) == (status, stopped)
+
+
 @pytest.mark.parametrize("body", ["os.kill(os.getpid(), signal.SIGTERM)", "raise KeyboardInterrupt"])
 def test_a_signal_ends_the_item_without_a_row_but_own_code_that_raises_alike_has_one(own, body):
     (spec,) = own(f"{body}\nreturn Status.RUNNING")
@@ -161,3 +204,18 @@ def test_another_module_of_the_same_name_is_refused(own, lab):
     changed = {name: content.replace(b"= 1", b"= 2") for name, content in spec.files.items()}
     with pytest.raises(InvalidInput, match="restart the workers"):
         run_item(replace(spec, files=changed))
+
+
+@pytest.mark.parametrize("inner", ["__init__", "nodes"])
+def test_a_package_of_an_earlier_sweep_is_refused(lab, own_nodes, inner, monkeypatch):
+    """Each item was an ERROR of its own, which --resume does not run again."""
+    package = f"sweep_package_{inner.strip('_')}"  # without an __init__.py it has no file of its own
+    lab.write(f"{package}/{inner}.py", "NUMBER = 1\n")
+    name = package if inner == "__init__" else f"{package}.{inner}"
+    tree = f"format: stretch-tree/1\nimports: {{own: {name}}}\ntrees: {{main: {{sequence: [{{wait: {{duration: 1 s}}}}]}}}}\n"
+    lab.write("own.yaml", tree)
+    lab.sweep("tree: own.yaml")
+    (spec,) = lab.specs()
+    assert run_item(spec).row["status"] == "SUCCESS"
+    with pytest.raises(InvalidInput, match=f"another '{package}', of an earlier sweep; restart the workers"):
+        run_item(replace(spec, files=spec.files | {"own.yaml": f"{tree}# changed\n".encode()}))

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from xml.etree import ElementTree
 
 import pytest
@@ -190,3 +191,28 @@ def test_what_ran_without_a_record_runs_again_where_one_is_asked_for(lab, tmp_pa
     assert len(list((tmp_path / "out/records").iterdir())) == 4
     assert sweep(lab.file, noted({}, taken), out=tmp_path / "out", resume=True).before == 4
     assert taken == []
+    lab.file.write_text(lab.file.read_text().replace("events", "full"))
+    assert sweep(lab.file, out=tmp_path / "out", resume=True).before == 0
+    assert len(list((tmp_path / "out/records").glob("*/record.mcap"))) == 4
+    for less in ("full", "events", "none"):
+        lab.file.write_text(re.sub("record: .*", f"record: {less}", lab.file.read_text()))
+        assert sweep(lab.file, noted({}, taken), out=tmp_path / "out", resume=True).before == 4
+    assert taken == []
+
+
+def test_a_sweep_goes_on_from_the_copy_of_its_file(lab, tmp_path):
+    """A file was to be copied to itself."""
+    taken, copy = [], tmp_path / "out" / "sweep.yaml"
+    sweep(lab.file, noted({}, taken), out=copy.parent)
+    lab.write(copy.parent / "count.yaml", (lab.folder / "count.yaml").read_text())
+    text = copy.read_text()
+    assert sweep(copy, noted({}, taken), out=copy.parent, resume=True).before == 4
+    (copy.parent / ROWS).write_text("")
+
+    def refuses(specs):
+        raise InvalidInput("there is no scheduler")
+        yield
+
+    with pytest.raises(InvalidInput, match="no scheduler"):
+        sweep(copy, refuses, out=copy.parent, resume=True)
+    assert copy.read_text() == text

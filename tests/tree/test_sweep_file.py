@@ -5,6 +5,7 @@ import pytest
 import yaml
 
 from stretch_bt.errors import SweepError
+from stretch_bt.simulation.scene.asked import read_asked
 from stretch_bt.tree.schema import schema
 from stretch_bt.tree.sweep_file import FORMAT, load_sweep
 
@@ -76,7 +77,7 @@ def test_a_whole_file_is_read(tmp_path):
     assert [tree.text for tree in found.trees] == ["palpate_stiffness"]
     assert [scene.text for scene in found.scenes] == ["water_balloon", "seeds_balloon"]
     assert (found.cell.text, found.seeds, found.limit, found.record) == ("simulated", range(10, 15), 600.0, "events")
-    assert found.tolerance == {"stiffness": "2 %", "height": "0.3 mm"}
+    assert found.tolerance == {"stiffness": 0.02, "height": 0.0003}
     assert {name: len(values) for name, values in found.choices.items()} == {
         "wanted_deflection": 2,
         "touches": 1,
@@ -91,6 +92,13 @@ def test_only_a_tree_must_be_named(tmp_path):
     assert len(found) == 1
     with pytest.raises(SweepError, match="tree is missing"):
         load_sweep(written(tmp_path, f"format: {FORMAT}\n"))
+
+
+@pytest.mark.parametrize("given", ["{stiffness: 2 %}", "{stiffness: 0.02}", "{height: 0.3 mm, roundness: 0.1}"])
+def test_a_run_takes_each_tolerance_that_a_sweep_may_have(tmp_path, given):
+    """A part without its % was right here, and each item refused it."""
+    found = load_sweep(written(tmp_path, with_line(f"tolerance: {given}")))
+    assert read_asked(found.tolerance).named() == pytest.approx(found.tolerance)
 
 
 @pytest.mark.parametrize("line", WRONG)

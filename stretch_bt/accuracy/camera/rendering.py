@@ -76,7 +76,8 @@ def jobs() -> Iterator[Job]:
     """Yield each press seen at each pitch, by the renderer and by Open3D."""
     for view in VIEWS:
         case = str(view)
-        yield Job(case, Setting("reference", "rays on cubic splines"), "depth", 3.0, partial(_own, view), group=case)
+        own = Setting("reference", "rays on cubic splines")
+        yield Job(case, own, "depth", 3.0, partial(_own, view), group=case, once=True)
         for pitch in PITCHES:
             setting = Setting("renderer", f"{1e3 * pitch:g} mm")
             yield Job(case, setting, "depth", 0.2, partial(_rendered, view, pitch), default=pitch == PITCH, group=case)

@@ -60,7 +60,8 @@ def jobs() -> Iterator[Job]:
     """Yield each lump with each count of directions, and the medians that another program knows."""
     for rolling in ROLLINGS:
         case = str(rolling)
-        yield Job(case, Setting("reference", "8000 directions"), "spread", 2.0, partial(_own, rolling), group=case)
+        own = Setting("reference", "8000 directions")
+        yield Job(case, own, "spread", 2.0, partial(_own, rolling), group=case, once=True)
         for count in COUNTS:
             setting = Setting("reduced body", f"{count} directions")
             run = partial(_rolled, rolling, count)
@@ -69,10 +70,10 @@ def jobs() -> Iterator[Job]:
         for number, figure in enumerate(known):
             case = f"{kind}, {2 * (number + 1)} m, spin {spin:g}, median of {_LUMPS} lumps"
             run = partial(_known, kind, spin, number, figure)
-            yield Job(case, Setting("against another program", f"{DEFAULT} directions"), "known_spread", 3.0, run)
+            setting = Setting("against another program", f"{DEFAULT} directions")
+            yield Job(case, setting, "known_spread", 3.0, run, once=True)
 
 
-@lru_cache(maxsize=16)
 def _roundness(rolling: Rolling, count: int) -> tuple[float, float]:
     """Return the roundness after the travel, and CPU time, s."""
     lump, dough = tumbled(EDGE, count, rolling.seed), Dough(YIELD, rolling.ratio * YIELD)
@@ -82,6 +83,7 @@ def _roundness(rolling: Rolling, count: int) -> tuple[float, float]:
     return found[0], time.process_time() - began
 
 
+@lru_cache(maxsize=1)
 def _reference(rolling: Rolling) -> tuple[float, float, float]:
     (right, seconds), (other, _) = (_roundness(rolling, count) for count in REFERENCES)
     return right, abs(other - right), seconds

@@ -58,7 +58,7 @@ def jobs(quick: bool) -> Iterator[Job]:
 
 def _of_case(case: Case, scale: float) -> Iterator[Job]:
     slack = scale * (_SLACK if case.stretch == 0 else 1.0)
-    yield Job(case.name, _REFERENCE, "force", 2.0 * slack, partial(_reference, case), group=case.name)
+    yield Job(case.name, _REFERENCE, "force", 2.0 * slack, partial(_reference, case), group=case.name, once=True)
     for name, stand_in in STAND_INS.items():
         if stand_in.takes(case):
             solve = partial(_stood_in, case, name)

@@ -56,6 +56,8 @@ def _palpate(scene: Scene, text: str, seed: int) -> dict[str, float]:
         path = Path(folder) / "scene.yaml"
         path.write_text(text, encoding="utf-8")
         found = run("palpate_stiffness", scene=path, seed=seed, out=Path(folder) / "record")
+    if found.status == "INTERRUPTED":  # the runner took the signal; it is for the whole measurement
+        raise KeyboardInterrupt
     if found.status != "SUCCESS":
         raise NoAnswer(found.reason)
     drop = found.outputs["deflection"]["value"]

@@ -59,7 +59,9 @@ def small_jobs() -> Iterator[Job]:
         "nothing": Setting("effects", "nothing"),
     }
     for label, setting in settings.items():
-        yield Job(case, setting, "apart", seconds, partial(_small_answer, scene, label), 0, label == AUTO, case)
+        yield Job(
+            case, setting, "apart", seconds, partial(_small_answer, scene, label), 0, label == AUTO, case, once=True
+        )
 
 
 def jobs() -> Iterator[Job]:
@@ -70,7 +72,7 @@ def jobs() -> Iterator[Job]:
             for seed in range(study.seeds):
                 run = partial(_answer, study, label, seed)
                 setting, default = Setting("effects", label), label == AUTO
-                yield Job(study.scene, setting, "apart", whole, run, seed, default, study.scene)
+                yield Job(study.scene, setting, "apart", whole, run, seed, default, study.scene, once=True)
                 whole = 0.0
 
 
