@@ -182,7 +182,7 @@ def test_dimensions_do_not_depend_on_place_and_refuse_what_has_none():
     for points in (np.zeros((200, 3)), np.outer(np.arange(200.0), [1.0, 2.0, 3.0])):
         with pytest.raises(IllConditioned, match="line"):
             measure_object(cloud_of(points, 1e-3))
-    with pytest.raises(InvalidInput, match="these are 33.3 m wide"):
+    with pytest.raises(InvalidInput, match=r"these are 33\.3 m wide"):
         measure_object(replace(cloud, points=cloud.points * 1e3, noise=cloud.noise * 1e3))
 
 
