@@ -18,7 +18,7 @@ FRUITLESS = 0.02  # least change of the map by a press that counts, as a share o
 
 
 def place_of(text: str) -> Place:
-    """Return x, y, m, and turn, rad, of a pose as text; raises InvalidInput when it is none."""
+    """Return x, y, m, and turn, from -pi to pi rad, of a pose as text; raises InvalidInput when it is none."""
     parts = [part.strip() for part in text.replace(";", ",").split(",")]
     if len(parts) not in (2, 3):
         raise InvalidInput(f"poses: {text!r} is not 'x; y' or 'x; y; turn', such as '10 mm; 0 mm; 90 deg'")
@@ -29,7 +29,7 @@ def place_of(text: str) -> Place:
                 f"poses: {part!r} in {text!r} has another unit than it takes, as in '10 mm; 0 mm; 90 deg'"
             )
     x, y, *turn = (value for value, _ in found)
-    return x, y, turn[0] if turn else 0.0
+    return x, y, math.remainder(turn[0], 2 * math.pi) if turn else 0.0
 
 
 def request_of(place: Place) -> str:

@@ -29,6 +29,15 @@ def test_poses_are_read_with_their_units():
     assert place_of("0 mm, 0 mm, 90 deg") == pytest.approx((0.0, 0.0, np.pi / 2))
 
 
+@pytest.mark.parametrize(
+    ("degrees", "same"), [(270, -90), (-190, 170), (360, 0), (540, 180), (180, 180), (-3700, -100)]
+)
+def test_a_turn_beyond_half_a_turn_is_the_same_one_within_it(degrees, same):
+    *_, turn = place_of(f"0 mm, 0 mm, {degrees} deg")
+    assert abs(turn) <= np.pi
+    assert np.exp(1j * turn) == pytest.approx(np.exp(1j * np.radians(same)))
+
+
 @pytest.mark.parametrize("text", ["10 mm", "1 mm, 2 mm, 3 deg, 4 mm", "10, 20", "10 mm, 20 deg", "10 mm, 0 mm, 5 mm"])
 def test_a_pose_that_cannot_be_read_is_refused_before_the_run(bench, text):
     with pytest.raises(InvalidInput, match=r"poses|not a number"):

@@ -89,6 +89,20 @@ HARD = {
 }
 
 
+@pytest.mark.parametrize(("reached", "ended"), [("0.6 mm", "force"), ("0.9 mm", "deflection"), ("0.2 mm", "balance")])
+def test_a_press_that_ended_at_once_shows_nothing_and_the_next_is_planned(run, reached, ended):
+    text = (Path(__file__).parent / "mocks" / "reconstruct_success.yaml").read_text()
+    for before, after in (
+        ("reached: [15 mm, 9 mm], ended: [depth, force]", f"reached: [{reached}, 9 mm], ended: [{ended}, force]"),
+        ('{match: "**/map_view", ', '{match: "**/views/**/map_view", status: [success, success, failure], '),
+    ):
+        assert before in text
+        text = text.replace(before, after).partition("expect:")[0]
+    first = """  - {match: "main/map_press/map_view", outputs: {relief: {}, cloud: {}, contacts: [[{}]]}}\nreadings:"""
+    result = run("reconstruct", mocks=text.replace("readings:", first))
+    assert (result.status, result.outputs["presses"]["value"]) == ("SUCCESS", 3), result.reason
+
+
 #: in the default run
 QUICK_ENDS = ("no contact at all", "an object outside the reach", "the first press beside the object")
 

@@ -20,6 +20,7 @@ Array = npt.NDArray[np.float64]
 Frame = Literal["world", "hand"]
 
 CELL = 0.5e-3  # m
+FARTHEST = 2.0**62  # cells, whose numbers are int64
 FLOOR = 0.1e-3  # m; an arm of this class returns to a pose within it
 
 
@@ -162,6 +163,7 @@ def cloud_of(
     if not (np.isfinite(sd[kept]).all() and (sd[kept] > 0).all()):
         raise InvalidInput("the noise of a cloud is a positive standard deviation in metres")
     count = int(kept.sum())
-    columns = np.column_stack([np.full(count, 2), np.arange(count), np.zeros(count)]).astype(np.int64)
+    cells = np.floor(np.clip(known[kept, :2] / CELL, -FARTHEST, FARTHEST)).astype(np.int64)
+    columns = np.column_stack([np.full(count, 2), cells])
     seen = np.ones(count, dtype=np.int64)
     return Cloud(known[kept], sd[kept].copy(), seen_from[kept], seen, columns, frame, floor=floor, contacts=1)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from stretch_bt.arguments import check_kind
-from stretch_bt.errors import IllConditioned, NoContact
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Array, Cloud
 from stretch_bt.perception.clouds.faces import Face, find_faces, settled
 from stretch_bt.perception.types import CLOUD, FloatArray
@@ -26,6 +26,7 @@ UPRIGHT = np.cos(np.radians(10.0))
 APART = 0.5  # cosine of the least angle between two axes that are measured
 EDGE = 2e-3  # m, radius
 ENDS = 0.01  # share of the points at each end that an extent is taken from
+WIDEST = 1.0  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,8 @@ def measure_object(cloud: Cloud) -> Dimensions:
         The cloud is empty.
     IllConditioned
         It has too few points, or they lie on one line.
+    InvalidInput
+        It is more than 1 m wide, as where its points are in millimetres.
     """
     check_kind("cloud", cloud, Cloud, CLOUD)
     if not len(cloud):
@@ -95,6 +98,12 @@ def measure_object(cloud: Cloud) -> Dimensions:
     if spread[1] <= 1e-6 * spread[2] or spread[2] <= 0:
         raise IllConditioned(
             "the points of the cloud lie on one line, which shows one dimension only; press at more places"
+        )
+    wide = float(np.ptp(np.quantile(cloud.points, (ENDS, 1.0 - ENDS), axis=0), axis=0).max())
+    if wide > WIDEST:
+        raise InvalidInput(
+            f"the points of a cloud are in metres; these are {wide:.3g} m wide, and an object is at most"
+            f" {WIDEST:g} m: give them in metres"
         )
     surface, normals = settled(cloud.points, NEAREST)
     normals = np.where(np.einsum("ij,ij->i", normals, cloud.rays)[:, None] > 0, -normals, normals)
@@ -166,7 +175,7 @@ def _on_table(cloud: Cloud, faces: list[Face], axis: Array) -> _Length | None:
         if face.normal[2] > UPRIGHT:
             up, sd = face.height(np.array([*face.middle[:2], 0.0]), np.array([0.0, 0.0, 1.0]))
             if up > 0:
-                return _Length(up, float(np.hypot(sd, cloud.floor)), axis, "table")
+                return _Length(up, float(np.hypot(sd, _floor_of_heights(cloud))), axis, "table")
     return None
 
 
@@ -174,13 +183,18 @@ def _extent(cloud: Cloud, surface: Array, normals: Array, axis: Array) -> _Lengt
     """Return how far the settled points reach along an axis; in the world, a vertical extent counts from the table."""
     high, high_sd, short = _end(surface, normals, axis)
     if cloud.frame == "world" and axis[2] > UPRIGHT and high > 0:
-        low = low_sd = 0.0
+        low, low_sd, floor = 0.0, 0.0, _floor_of_heights(cloud)
     else:
         low, low_sd, more = _end(surface, normals, -axis)
-        short += more
+        short, floor = short + more, cloud.floor
     noise = float(np.median(cloud.noise)) / np.sqrt(NEAREST)
-    sd = float(np.sqrt(high_sd**2 + low_sd**2 + 2 * noise**2 + 2 * cloud.floor**2))
+    sd = float(np.sqrt(high_sd**2 + low_sd**2 + 2 * noise**2 + 2 * floor**2))
     return _Length(high + low, sd, axis, "extent", short)
+
+
+def _floor_of_heights(cloud: Cloud) -> float:
+    """Return the standard deviation, m, that all heights above the table share: the floor and the least of the other errors."""
+    return cloud.floor if cloud.apart is None else float(np.hypot(cloud.floor, cloud.apart.min()))
 
 
 def _end(surface: Array, normals: Array, axis: Array) -> tuple[float, float, float]:

@@ -189,7 +189,7 @@ def _without_outvoted(cloud: Cloud) -> Cloud:
     (keys,) = _keys(cloud.columns)
     most = np.zeros(int(keys.max()) + 1, dtype=np.int64)
     np.maximum.at(most, keys, cloud.seen)
-    kept = OUTVOTED * cloud.seen > most[keys]
+    kept = (OUTVOTED * cloud.seen > most[keys]) | (most[keys] == 0)
     if kept.all():
         return cloud
     return cloud.part(kept)

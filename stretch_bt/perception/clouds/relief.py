@@ -154,7 +154,7 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     ceiling[i, j] = np.minimum(ceiling[i, j], view.heights)
     second = relief.second
     if second is not None and not any(
-        math.dist(view.pose[:2], at[:2]) < SAME[0] and abs(view.pose[2] - at[2]) < SAME[1] for at in relief.poses
+        math.dist(view.pose[:2], at[:2]) < SAME[0] and _apart(view.pose[2], at[2]) < SAME[1] for at in relief.poses
     ):
         second = second.copy()
         second[i, j] = np.minimum(second[i, j], np.maximum(relief.ceiling[i, j], view.heights))
@@ -175,6 +175,11 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         poses=(*relief.poses, view.pose),
         second=second,
     )
+
+
+def _apart(turn: float, other: float) -> float:
+    """Return the angle between two turns, rad: after half a turn the membrane is the same."""
+    return abs(math.remainder(turn - other, math.pi))
 
 
 def carved(cloud: Cloud, relief: Relief) -> Cloud:

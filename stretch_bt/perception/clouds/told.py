@@ -81,7 +81,8 @@ def told_points(cloud: Cloud, relief: Relief) -> Cloud:
     cells = np.floor(kept.points[:, :2] / relief.cell).astype(np.int64) - relief.origin
     known[tuple(cells.T)] = False
     places = np.column_stack([relief.place(np.argwhere(known)), relief.ceiling[known]])
-    more = cloud_of(places, NEARBY, floor=cloud.floor)
+    # what contacts disagree by is no error of these points
+    more = cloud_of(places, NEARBY / max(cloud.disagreement, 1.0), floor=cloud.floor)
     both: dict[str, Any] = {
         name: np.concatenate([getattr(kept, name), getattr(more, name)])
         for name in ("points", "noise", "rays", "columns")

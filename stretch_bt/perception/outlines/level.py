@@ -64,7 +64,7 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     NoContact
         Nothing stands that high in the membrane.
     IllConditioned
-        The outline is cut by the edge of the image or by pixels without depth.
+        The outline is in pieces, or cut by the edge of the image or by pixels without depth.
     InvalidInput
         The surface has another shape, or the level is not above 0.
     """
@@ -85,6 +85,8 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     count, labels, stats, _ = cv2.connectedComponentsWithStats(over)
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
     region = np.asarray(labels == largest)
-    outline = outline_of(region, surface)
+    outline = outline_of(
+        np.asarray(over > 0), surface
+    )  # with the other parts, which it refuses where they are no specks
     outline = replace(outline, hidden=HIDDEN + SHOULDER * max(1.0 - outline.roundness().circularity, 0.0))
     return with_level_errors(outline, surface, region, noise)

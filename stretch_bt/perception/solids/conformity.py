@@ -25,13 +25,17 @@ STIFF = 0.7e-3  # m over which a membrane that resists bending passes from slope
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """Shift of a place outwards, m, and its standard deviation, m."""
+    """Shift of a place outwards, m, and the standard deviation, m, of the rule for it.
+
+    `share` is the change of the shift over the change of the radius of the edge or the wire, whose error all places of an object share.
+    """
 
     shift: float
     sd: float
+    share: float
 
 
-def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyond:
+def _beyond(bend: Bend, fillet: float, gentle: float) -> Beyond:
     """Return how far beyond a bend the end of a crest stands whose edge has a radius of `fillet`, m.
 
     The membrane leaves the fillet where its slope is theta; the straight parts meet f (1 - tan(theta / 2)) inside the end, and a
@@ -39,20 +43,20 @@ def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyon
     """
     share = 1.0 - math.tan(math.atan(max(bend.change, 0.0)) / 2)
     more = gentle * max(1.0 - bend.change / STEEP, 0.0)
-    return Beyond(fillet * share + more, math.hypot(fillet_sd * share, EDGE_SD))
+    return Beyond(fillet * share + more, EDGE_SD, share)
 
 
-def beyond_end(bend: Bend, *, sharp: bool, fillet: float = FILLET, fillet_sd: float = FILLET_SD) -> Beyond:
+def beyond_end(bend: Bend, *, sharp: bool, fillet: float = FILLET) -> Beyond:
     """Return how far beyond a bend along a crest its end is, for a ridge or for the crest of a half-cylinder."""
     stiff = bend.length > STIFF
     if sharp and stiff:
-        return Beyond(SHARP_END * bend.length, math.hypot(fillet_sd, END_SD))
-    edge = _beyond(bend, fillet, fillet_sd, GENTLE_END if stiff else GENTLE_EDGE)
+        return Beyond(SHARP_END * bend.length, END_SD, 1.0)
+    edge = _beyond(bend, fillet, GENTLE_END if stiff else GENTLE_EDGE)
     more = ROUND_END if stiff else 0.0
-    return Beyond(edge.shift + more, math.hypot(edge.sd, END_SD if more else 0.0))
+    return Beyond(edge.shift + more, math.hypot(edge.sd, END_SD if more else 0.0), edge.share)
 
 
-def inside_wire(bend: Bend, radius: float = FILLET, radius_sd: float = FILLET_SD) -> Beyond:
+def inside_wire(bend: Bend, radius: float = FILLET) -> Beyond:
     """Return how far from a bend the middle of a wire of some radius, m, is: negative is nearer to the origin.
 
     A wire carries the membrane by a force through its own middle, half-way between the two slopes, and the straight parts
@@ -60,4 +64,4 @@ def inside_wire(bend: Bend, radius: float = FILLET, radius_sd: float = FILLET_SD
     """
     lean = -(bend.near + bend.far) / 2
     above = bend.change * bend.length / 2 + radius
-    return Beyond(-above * lean, math.hypot(0.3 * above * lean, math.hypot(radius_sd * lean, EDGE_SD)))
+    return Beyond(-above * lean, math.hypot(0.3 * above * lean, EDGE_SD), -lean)

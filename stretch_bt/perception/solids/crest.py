@@ -125,14 +125,17 @@ def _height(crest: Crest, floor: float) -> Dimension:
 
 
 def _length(views: list[View], crest: Crest, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
-    ends = [_end(views, crest, sign, fillet, sharp=sharp) for sign in (1.0, -1.0)]
+    found = [_end(views, crest, sign, fillet[0], sharp=sharp) for sign in (1.0, -1.0)]
+    ends = [end for end, _ in found]
     steps = {"membrane": sum(e.steps["membrane"] for e in ends)}
-    return Dimension(sum(e.value for e in ends), math.hypot(*(e.sd for e in ends)), steps)
+    # Both ends have edges of the same radius, so that their errors add.
+    common = fillet[1] * sum(share for _, share in found)
+    return Dimension(sum(e.value for e in ends), math.hypot(common, *(e.sd for e in ends)), steps)
 
 
-def _end(views: list[View], crest: Crest, sign: float, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
-    """Return how far an end of the crest is from its middle, m, by the views that show it."""
-    top, found = crest.top, []
+def _end(views: list[View], crest: Crest, sign: float, fillet: float, *, sharp: bool) -> tuple[Dimension, float]:
+    """Return how far an end of the crest is from its middle, m, by the views that show it, and its change over the fillet's radius."""
+    top, found, shares = crest.top, [], []
     for view in views:
         profile = profile_of(view, top.middle, sign * top.along, BAND, 0.0, top.half[0] + 16e-3)
         try:
@@ -140,10 +143,11 @@ def _end(views: list[View], crest: Crest, sign: float, fillet: tuple[float, floa
         except IllConditioned:
             continue
         if abs(bend.near) < 0.15:
-            beyond = beyond_end(bend, sharp=sharp, fillet=fillet[0], fillet_sd=fillet[1])
+            beyond = beyond_end(bend, sharp=sharp, fillet=fillet)
             sd = math.hypot(bend.sd, SHARED)
             found.append(Dimension(bend.place + beyond.shift, sd, {"membrane": beyond.shift}))
+            shares.append(beyond.share)
     if not found:
         raise IllConditioned("no view shows the membrane on both sides of an end of the crest; press nearer to it")
     end = pooled(found, SHARED)
-    return Dimension(end.value, math.hypot(end.sd, beyond.sd), end.steps)
+    return Dimension(end.value, math.hypot(end.sd, beyond.sd), end.steps), float(np.mean(shares))

@@ -20,7 +20,7 @@ __all__ = ["is_hollow", "no_wire_there", "wire_circle", "wire_triangle"]
 Array = npt.NDArray[np.float64]
 
 HOLLOW = 0.06e-3  # m, least sag of the membrane inside a wire: how much lower its middle hangs than near the wire
-SHARED = 0.25e-3  # m, error of the middle of a wire, alike all around
+SHARED = 0.25e-3  # m, error of the middle of a wire: of a circle's radius, of a side, and of the sum of a triangle's three sides
 PART = 0.35  # share of a side to either side of its middle along which its profile is taken
 WINDOW = 10e-3  # m
 BESIDE = 1e-3  # m beyond a wire within which points felt belong to it
@@ -39,7 +39,7 @@ def is_hollow(views: list[View], middle: Array, size: float) -> bool:
 
 def wire_circle(rays: Rays, floor: float, wire: tuple[float, float]) -> dict[str, Dimension]:
     """Return the outer radius of a circle of wire, whose own radius is `wire` with its sd, m, and the height of its top."""
-    moved = [inside_wire(bend, *wire) for bend in rays.bends]
+    moved = [inside_wire(bend, wire[0]) for bend in rays.bends]
     places = rays.places + np.array([m.shift for m in moved])[:, None] * rays.directions
     fitted = circle_outline(places)
     seen = circle_outline(rays.places).sizes[0]
@@ -57,23 +57,27 @@ def wire_triangle(views: list[View], outline: Fitted, floor: float, wire: tuple[
     IllConditioned
         A side is not seen.
     """
-    found, bends = [], []
+    found, bends, share = [], [], 0.0
     for k in range(3):
         angle = outline.heading + k * 2 * math.pi / 3
-        side, seen = _side(views, outline.middle, np.array([math.cos(angle), math.sin(angle)]), outline.sizes[0], wire)
+        outward = np.array([math.cos(angle), math.sin(angle)])
+        side, seen, lean = _side(views, outline.middle, outward, outline.sizes[0], wire[0])
         found.append(side)
         bends += seen
+        share += lean
     # The distances of any place from the sides of an equilateral triangle sum to its height.
     grow = 2 / math.sqrt(3)
     value, moved = (grow * sum(v) for v in ([d.value for d in found], [d.steps["membrane"] for d in found]))
-    sd = grow * math.hypot(math.hypot(*(d.sd for d in found)), SHARED)
+    # One wire makes all sides, so that the errors by its radius add.
+    sd = grow * math.hypot(wire[1] * share, *(d.sd for d in found), SHARED)
     return {"side": Dimension(value, sd, {"membrane": moved}), "height": _height(bends, floor)}
 
 
 def _side(
-    views: list[View], middle: Array, outward: Array, away: float, wire: tuple[float, float]
-) -> tuple[Dimension, list[Bend]]:
-    found, bends = [], []
+    views: list[View], middle: Array, outward: Array, away: float, wire: float
+) -> tuple[Dimension, list[Bend], float]:
+    """Return how far a side is from the middle, m, its bends, and its change over the change of the wire's radius."""
+    found, bends, shares = [], [], []
     for view in views:
         profile = profile_of(
             view, middle, outward, PART * 2 * math.sqrt(3) * away / 2, away - 2 * WINDOW, away + 2 * WINDOW
@@ -82,13 +86,14 @@ def _side(
             bend = fit_bend(profile, away, reach=WINDOW)
         except IllConditioned:
             continue
-        beyond = inside_wire(bend, *wire)
+        beyond = inside_wire(bend, wire)
         sd = math.hypot(math.hypot(bend.sd, beyond.sd), SHARED)
         found.append(Dimension(bend.place + beyond.shift, sd, {"membrane": beyond.shift}))
         bends.append(bend)
+        shares.append(beyond.share)
     if not found:
         raise IllConditioned("no view shows the membrane on both sides of one of the wire's sides; press nearer to it")
-    return pooled(found), bends
+    return pooled(found), bends, float(np.mean(shares))
 
 
 def _height(bends: list[Bend], floor: float) -> Dimension:

@@ -40,6 +40,16 @@ def test_points_from_many_poses_fall_together_with_the_deviation_they_state(nois
     assert np.abs(np.linalg.norm(cloud.rays, axis=1) - 1).max() < 1e-12
 
 
+def test_a_contact_merges_with_points_from_elsewhere_in_its_columns():
+    rng = np.random.default_rng(0)
+    own = fused(0.05 * MM, 1)
+    known = cloud_of(own.points, own.noise, rays=own.rays)
+    found = fuse_contact(objects.contact(objects.any_pose(rng), plane, 0.05 * MM, rng), known)
+    assert (found.seen == 2).sum() > 0.9 * len(known)
+    assert np.abs(found.points[:, 2] - plane(*found.points[:, :2].T)).max() < 0.5 * MM
+    assert len(cloud_of(np.array([[1e300, -1e300, 0.0]]), 1e-4)) == 1
+
+
 def test_a_pose_that_is_wrong_shows_as_disagreement():
     rng = np.random.default_rng(0)
     seen = objects.contact(Pose((*objects.PLACE[:2], 0.04)), lambda x, y: 0.03 + 0 * x, 0.05 * MM, rng)
@@ -144,6 +154,23 @@ def test_a_round_side_is_no_face(noise):
     assert found.height == pytest.approx(0.02, abs=3 * found.sd[2])
 
 
+@pytest.mark.parametrize(
+    ("cloud", "how"),
+    [
+        (objects.block((0.04, 0.04, 0.04), 0.2 * MM, np.random.default_rng(0), flanks=()), "table"),
+        (objects.half_cylinder(0.02, 0.06, 0.3 * MM, np.random.default_rng(1)), "extent"),
+    ],
+)
+def test_an_error_that_all_heights_share_is_one_of_the_height_alone(cloud, how):
+    # where the membrane lies on the object, and where it may stand off it
+    apart = np.where(np.arange(len(cloud)) % 2, 0.2 * MM, 1 * MM)
+    found, sharing = measure_object(cloud), measure_object(replace(cloud, apart=apart))
+    assert found.how[2] == how
+    more = np.sqrt(sharing.sd**2 - found.sd**2)
+    assert more[2] == pytest.approx(0.2 * MM * (np.sqrt(2) if how == "extent" else 1))
+    assert more[:2] == pytest.approx([0.0, 0.0])
+
+
 def test_dimensions_do_not_depend_on_place_and_refuse_what_has_none():
     cloud = objects.block((0.03, 0.02, 0.03), 0.1 * MM, np.random.default_rng(0))
     far = replace(cloud, points=cloud.points + [1e3, -1e3, 0.0])
@@ -155,6 +182,8 @@ def test_dimensions_do_not_depend_on_place_and_refuse_what_has_none():
     for points in (np.zeros((200, 3)), np.outer(np.arange(200.0), [1.0, 2.0, 3.0])):
         with pytest.raises(IllConditioned, match="line"):
             measure_object(cloud_of(points, 1e-3))
+    with pytest.raises(InvalidInput, match=r"these are 33\.3 m wide"):
+        measure_object(replace(cloud, points=cloud.points * 1e3, noise=cloud.noise * 1e3))
 
 
 def read_ply(path):

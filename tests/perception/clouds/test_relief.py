@@ -218,7 +218,8 @@ def test_a_cloud_gains_a_point_in_each_cell_that_is_told_and_loses_specks():
     assert len(whole) == known.sum()
     assert whole.points[0].tolist() == cloud.points[0].tolist()
     assert (whole.seen[0], whole.seen[1:].max()) == (1, 0)
-    assert (whole.sd[1:] > 10 * whole.sd[0] / 2).all()
+    assert whole.sd[1:] == pytest.approx(1 * MM, rel=0.01)
+    assert told_points(replace(cloud, scatter=9.0, repeats=1), relief).sd[1:] == pytest.approx(1 * MM, rel=0.01)
     assert np.isin(whole.points[1:, 2], relief.ceiling[known]).all()
 
 
@@ -307,6 +308,13 @@ def test_a_cloud_loses_what_a_later_press_undercut():
     relief = mapped(box, (0, 0, 0), (0, 0, np.pi / 2))
     cloud = cloud_of(np.array([[0.0, 0.0, 30.0], [0.0, 25.0, 28.0], [0.0, 0.0, 34.0]]) * MM, 1e-4)
     assert carved(cloud, relief).points.tolist() == [[0.0, 0.0, 0.03]]
+
+
+@pytest.mark.parametrize(("turn", "other"), [(0.0, False), (np.pi, False), (-np.pi, False), (np.pi / 2, True)])
+def test_half_a_turn_is_no_other_pose(turn, other):
+    view = pressed(box)
+    again = add_view(replace(view, pose=(0.0, 0.0, turn)), add_view(view))
+    assert np.isfinite(again.second).any() == other
 
 
 def test_what_carries_no_view_is_refused():

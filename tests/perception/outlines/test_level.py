@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stretch_bt.errors import IllConditioned
 from stretch_bt.perception import circularity, highest_of, outline_at
 
 PITCH = 0.4e-3
@@ -38,6 +39,22 @@ def test_holes_are_left_out():
     surface = over(lambda a: 0.012)
     surface[75:78, 75:78] = np.nan
     assert outline_at(surface, 0.0015).roundness("low_pass").circularity > 0.98
+
+
+@pytest.mark.parametrize(("radius", "refused"), [(10e-3, True), (1e-3, False)])
+def test_another_part_that_stands_as_high_is_no_outline_unless_it_is_a_speck(radius, refused):
+    x = (np.arange(160) - 80) * PITCH
+    away = np.hypot(x[None, :] - 0.018, x[:, None] - 0.0), np.hypot(x[None, :] + 0.014, x[:, None])
+    tops = [
+        np.maximum(top - 0.6 * np.maximum(off - wide, 0.0), 0.0)
+        for off, wide, top in zip(away, (4e-3, radius), (12e-3, 11e-3), strict=True)
+    ]
+    surface = np.stack([*np.meshgrid(x, x), np.maximum(*tops)], axis=2)
+    if refused:
+        with pytest.raises(IllConditioned, match="pieces"):
+            outline_at(surface, 0.0015)
+    else:
+        assert outline_at(surface, 0.0015).area == pytest.approx(np.pi * (4e-3 + 0.0015 / 0.6) ** 2, rel=0.15)
 
 
 def test_what_the_shoulder_hides_grows_with_what_is_not_round():

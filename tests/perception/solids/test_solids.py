@@ -153,6 +153,27 @@ def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():
     assert sharper.dimensions["length"].value < length.value - 1.0 * MM
 
 
+#: of a dimension, the least and the most change over the change of the radius of all edges, or of the wire
+MOVED = {
+    ("wire triangle", "side"): (0.3, 1.5),
+    ("ridge", "length"): (2.0, 2.0),  # both ends, each by as much
+    ("half-cylinder", "length"): (1.0, 2.0),
+    ("block", "length"): (1.0, 2.0),
+}
+
+
+@pytest.mark.parametrize(("name", "dimension"), MOVED)
+def test_the_error_of_one_radius_moves_all_ends_and_sides_of_an_object_alike(name, dimension):
+    felt, kind = felt_of(name), SHAPES[name][2]
+    sd = [fit_object(*felt, shape=kind, fillet_sd=sd).dimensions[dimension].sd for sd in (0.0, 1 * MM)]
+    least, most = MOVED[name, dimension]
+    share = np.sqrt(sd[1] ** 2 - sd[0] ** 2) / MM
+    assert least - 1e-6 <= share <= most + 1e-6
+    if name != "ridge":  # a sharp one's ends are where they are whatever the radius is
+        values = [fit_object(*felt, shape=kind, fillet=r * MM).dimensions[dimension].value for r in (0.9, 1.1)]
+        assert abs(values[1] - values[0]) / 0.2 / MM == pytest.approx(share, rel=0.1)
+
+
 def test_a_crest_on_a_plinth_has_the_radius_of_its_arc():
     on_table, raised = (m.half_cylinder(0.040, 0.020), lambda x, y: m.half_cylinder(0.040, 0.020)(x, y) + 0.020)
     low = fit_object(*m.felt(on_table, 0.020, places=MIDDLE), shape="half_cylinder").dimensions["radius"]
