@@ -135,14 +135,13 @@ def _highest(
     """Return the height, m, of the highest top, or of a part of all pixels in contact (h, w) that stands clearly higher, or of a face that leans."""
     if noise is None:
         return max((top.height for top in tops), key=lambda height: height.value)
-    flat = len(tops) == 1 and not tops[0].is_curved
-    lean = lean_of(points, valid, touching, noise, tops[0].height) if flat else None
-    if lean is not None and lean.height is not None:
+    highest, curved = max(tops, key=lambda top: top.height.value), any(top.is_curved for top in tops)
+    lean = lean_of(points, valid, touching, noise, highest.height)
+    if lean.height is not None:
         return lean.height
     top = _highest_part(points, valid, touching, noise, others, curvature, tops)
-    if lean is None or (lean.is_hidden and top != tops[0].height):
-        return top  # a higher part is no contact that leans: an unseen part of a face adds no error to it
-    return lean.of(top)
+    alone = len(tops) == 1 and top == tops[0].height  # a higher part, or two bodies, make a plane that is no face's
+    return top if curved or (lean.is_hidden and not alone) else lean.of(top)
 
 
 def _highest_part(

@@ -36,6 +36,7 @@ MOST = 2_500  # means, enough to fit a plane well
 SAME = 0.005  # share of the means that still change where it has settled
 CLEARLY = 3.0  # standard deviations of a lean, and of a bend
 BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
+SLIGHT = 0.25  # bend over the rise of a face, below which it is its rim's
 STEEPEST = math.tan(
     math.radians(10.0)
 )  # steepest slope of a top: a steeper one is a flank, from which the membrane hangs
@@ -109,7 +110,7 @@ def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estima
     mask, plane, done = face
     apart, clear = _apart(top, seen, mask, plane)
     unseen = OFF_UNCLEAR * abs(apart)
-    if not _is_held(seen, mask) or _is_bent(points, seen, mask, noise):
+    if not _is_held(seen, mask) or _is_bent(points, seen, mask, plane.slope, noise):
         return Lean(None, unseen)
     n = int(np.count_nonzero(mask)) * seen.every**2
     if not (done and clear):
@@ -287,11 +288,17 @@ def _near(seen: _Seen, plane: _Plane, mask: MaskArray, beside: float, growth: in
     return np.asarray(parts == int(np.bincount(held).argmax())) if held.size else None
 
 
-def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, noise: NoiseSpectrum) -> bool:
-    """Whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane."""
+def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, slope: float, noise: NoiseSpectrum) -> bool:
+    """Whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane.
+
+    A little noise shows that a rim rounds a face off; a bend that is slight beside the rise of its slope is no round top.
+    """
     places = seen.places.reshape(-1)[_inner(seen, mask)]
     cloud = points.reshape(-1, 3)[places].astype(np.float64).T
     step = step_of(cloud[2], points[..., 2].ravel())  # all of a face may lie in one count
     of_mask = Points(np.ascontiguousarray(cloud), places, points.shape[1], noise, seen.every, step)
     top = Top(of_mask, cloud[:2].mean(axis=1), even=False)
-    return bool(top.q[3:] @ np.linalg.solve(top.covariance[3:, 3:], top.q[3:]) > BENT)
+    bend = top.q[3:]
+    return bool(
+        np.abs(bend).max() > SLIGHT * slope * top.size and bend @ np.linalg.solve(top.covariance[3:, 3:], bend) > BENT
+    )
