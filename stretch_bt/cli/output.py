@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -42,13 +43,23 @@ EXIT_FAILURE, EXIT_FAULT = 1, 3
 
 def emit_json(document: Any, *, indent: int | None = 2, last: bool = True) -> None:
     """Print the one JSON document of a command, whole; where it is not the `last` thing done, a signal that comes meanwhile counts after it."""
-    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
+    text = _text(document, indent)
     heard: list[str] = []
     with signals(heard.append):
         stops.told = True
         typer.echo(text, file=answers.stream)
     if heard and not last:
         stops(heard[0])
+
+
+def _text(document: Any, indent: int | None) -> str:
+    """Return a document as its reader's encoding holds it; a path that is no UTF-8 is held by no other than escapes."""
+    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
+    try:
+        text.encode(getattr(answers.stream or sys.stdout, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return json.dumps(document, indent=indent, allow_nan=False)
+    return text
 
 
 def exit_code(error: StretchError) -> int:
