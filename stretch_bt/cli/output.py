@@ -113,6 +113,7 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -
 
 
 def _lines(file: str) -> list[str]:
+    from stretch_bt.source import lines_of
     from stretch_bt.tree.program import find_tree
 
     try:
@@ -120,7 +121,7 @@ def _lines(file: str) -> list[str]:
     except FileError:
         return []
     try:
-        return path.read_text("utf-8-sig").split("\n") if path.is_file() and path.stat().st_size < 2_000_000 else []
+        return lines_of(path.read_text("utf-8-sig")) if path.is_file() and path.stat().st_size < 2_000_000 else []
     except (OSError, UnicodeDecodeError):
         return []
 
