@@ -74,7 +74,9 @@ def test_a_scene_that_is_gone_leaves_the_fit(record):
     assert "#2a8f4d" not in panel(record("block", SHAPES["block"][0], scene="gone.yaml"))
 
 
-@pytest.mark.parametrize("now", ["", "format: stretch-scene/1\nobject: {type: box, length: 90 mm, width: 90 mm, height: 9 mm}\n"])
+@pytest.mark.parametrize(
+    "now", ["", "format: stretch-scene/1\nobject: {type: box, length: 90 mm, width: 90 mm, height: 9 mm}\n"]
+)
 def test_the_scene_is_that_of_the_run_whatever_its_file_holds_now(record, tmp_path, now):
     (tmp_path / "own.yaml").write_text(now)
     told = {"scene": str(tmp_path / "own.yaml"), "scene_text": scene_text("wooden_cube")}
