@@ -36,9 +36,9 @@ def parse(text: str, file: str) -> Value:
         refuse(file, "yaml-syntax", message, hint, line, column)
     except (yaml.YAMLError, UnicodeEncodeError) as error:  # a character that YAML forbids
         position = _position(text, error)
-        *above, line = lines_of(text[:position])
+        *above, last = lines_of(text[:position])
         message = f"this is not YAML: the character {text[position : position + 1]!r} is forbidden"
-        refuse(file, "yaml-syntax", message, "remove the character", len(above) + 1, len(line) + 1)
+        refuse(file, "yaml-syntax", message, "remove the character", len(above) + 1, len(last) + 1)
 
 
 def _position(text: str, error: Exception) -> int:
