@@ -192,7 +192,7 @@ KINDS: dict[str, Kind] = {
         Kind("Speed", Dimension(1, 0, -1), "m/s", "mm/s"),
         Kind("Acceleration", Dimension(1, 0, -2), "m/s^2", "mm/s^2"),
         Kind("Force", Dimension(1, 1, -2), "N", "N"),
-        Kind("Torque", Dimension(2, 1, -2), "N m", "N mm"),
+        Kind("Torque", Dimension(2, 1, -2), "Nm", "Nmm"),
         Kind("Stiffness", Dimension(0, 1, -2), "N/m", "N/mm"),
         Kind("Pressure", Dimension(-1, 1, -2), "Pa", "kPa"),
     )

@@ -101,8 +101,12 @@ def _check_names(name: str, modules: Mapping[Path, str]) -> None:
 def _check_node(name: str) -> None:
     """Raise InvalidInput where trees write something else by this name."""
     from stretch_bt.tree.flow import CONSTRUCTS
-    from stretch_bt.tree.registry import load_all
+    from stretch_bt.tree.registry import load_all, snake_case
 
+    if (made := snake_case(_title(name))) != name:
+        raise InvalidInput(
+            f"its class, {_title(name)}, would be the node {made!r}, not {name!r}; choose another name, such as {made}"
+        )
     if name in load_all() or name in CONSTRUCTS:
         raise InvalidInput(f"trees write something else by {name!r} already; choose another name, such as my_{name}")
 

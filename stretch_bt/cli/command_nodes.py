@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.rows import add_row
 from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.source import did_you_mean
 from stretch_bt.units import KINDS, format_quantity
@@ -91,24 +93,24 @@ def _list(entries: list[dict[str, Any]]) -> None:
     for heading in ("node", "kind", "what it does"):
         table.add_column(heading)
     for entry in entries:
-        table.add_row(entry["name"], entry["kind"], entry["doc"])
+        add_row(table, entry["name"], entry["kind"], entry["doc"])
     console.print(table)
     console.print(f"\nFunctions in expressions: {', '.join(FUNCTIONS)}", highlight=False)
 
 
 def _one(entry: dict[str, Any]) -> None:
     console = Console()
-    console.print(f"[bold]{entry['name']}[/] ({entry['kind']}, {entry['module']})")
-    console.print(entry["doc"], markup=False)
+    console.print(f"[bold]{escape(entry['name'])}[/] ({entry['kind']}, {escape(entry['module'])})")
+    console.print(entry["doc"], markup=False, emoji=False)
     table = Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("port", "", "type", "default", "bounds", "doc"):
         table.add_column(heading)
     for direction, key in (("in", "inputs"), ("in and out", "inouts"), ("out", "outputs")):
         for port in entry[key]:
             default = "required" if port["required"] else _shown(port["default"], port["type"])
-            table.add_row(port["name"], direction, port["type"], default, _bounds(port), port["doc"])
+            add_row(table, port["name"], direction, port["type"], default, _bounds(port), port["doc"])
     for device in entry["devices"]:
-        table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "", "")
+        add_row(table, device["name"], "device", device["type"], "required" if device["required"] else "", "", "")
     if table.row_count:
         console.print(table)
     for name, fields in entry["records"].items():
@@ -117,12 +119,12 @@ def _one(entry: dict[str, Any]) -> None:
 
 def _record(console: Console, name: str, fields: list[dict[str, Any]]) -> None:
     """Print what expressions may read of a record."""
-    console.print(f"\n[bold]{name}[/], a record")
+    console.print(f"\n[bold]{escape(name)}[/], a record")
     table = Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("field", "type", "doc"):
         table.add_column(heading)
     for field in fields:
-        table.add_row(field["name"], field["type"], field["doc"])
+        add_row(table, field["name"], field["type"], field["doc"])
     console.print(table)
 
 

@@ -10,6 +10,7 @@ import typer
 from stretch_bt.blame import blame
 from stretch_bt.cli.outlet import pictures
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
+from stretch_bt.cli.rows import add_row
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import FileError, InvalidInput, StretchError, writable
 
@@ -208,7 +209,7 @@ def outputs_table(result: RunResult) -> Table:
         value, sd = output["value"], output["sd"]
         error = f"{100 * (value / truth - 1):+.1f} %" if truth else ""
         cells = (_number(value), _number(sd), output["unit"], _number(truth), error)
-        table.add_row(name, *cells)
+        add_row(table, name, *cells)
     return table
 
 
@@ -223,7 +224,7 @@ def show_stats(result: RunResult, console: Console) -> None:
     for heading in ("of the twin", "kind", "count", "CPU ms", "each, us"):
         table.add_column(heading, justify="left" if heading in ("of the twin", "kind") else "right")
     for row in result.stats:
-        table.add_row(row["name"], row["group"], str(row["count"]), *_times(row))
+        add_row(table, row["name"], row["group"], str(row["count"]), *_times(row))
     rest = result.cpu_seconds - sum(row["cpu_seconds"] or 0.0 for row in result.stats)
     table.add_row("all else", "nodes, ticks, record", "", f"{max(rest, 0.0) * 1e3:.1f}", "")
     console.print(table)

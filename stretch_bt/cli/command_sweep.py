@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.rows import add_row
 from stretch_bt.cli.stops import stops
 
 if TYPE_CHECKING:
@@ -124,12 +125,13 @@ def _show(found: Swept) -> None:
 
 def _table(group: dict[str, Any], name: str) -> Table:
     """Return the outputs of a group beside the truth."""
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, header_style="dim", title=name, title_justify="left")
+    table = Table(box=None, pad_edge=False, header_style="dim", title=escape(name), title_justify="left")
     for heading in ("output", "mean", "spread", "stated sd", "truth", "rms error", "error/sd", "unit", "items"):
         table.add_column(heading, justify="left" if heading in ("output", "unit") else "right")
     for output, about in group["outputs"].items():
         figures = (about[key] for key in ("mean", "spread", "stated_sd", "truth", "rms_error", "error_over_sd"))
-        table.add_row(output, *("" if f is None else f"{f:.4g}" for f in figures), about["unit"], str(about["count"]))
+        add_row(table, output, *("" if f is None else f"{f:.4g}" for f in figures), about["unit"], str(about["count"]))
     return table

@@ -157,7 +157,9 @@ class Outlets:
 
 def _outlet(number: int, before: TextIO | None) -> tuple[TextIO, Outlet]:
     outlet = Outlet(_copied(number))
-    encoding, errors = (before.encoding, before.errors) if before is not None else ("utf-8", "backslashreplace")
+    encoding, errors = (before.encoding, before.errors) if before is not None else ("utf-8", "strict")
+    if errors == "strict":  # a path need not be text
+        errors = "backslashreplace"
     buffer = io.BufferedWriter(outlet)
     return Stream(buffer, encoding, errors, line_buffering=True, write_through=True), outlet
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -42,13 +43,23 @@ EXIT_FAILURE, EXIT_FAULT = 1, 3
 
 def emit_json(document: Any, *, indent: int | None = 2, last: bool = True) -> None:
     """Print the one JSON document of a command, whole; where it is not the `last` thing done, a signal that comes meanwhile counts after it."""
-    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
+    text = _text(document, indent)
     heard: list[str] = []
     with signals(heard.append):
         stops.told = True
         typer.echo(text, file=answers.stream)
     if heard and not last:
         stops(heard[0])
+
+
+def _text(document: Any, indent: int | None) -> str:
+    """Return a document as its reader's encoding holds it; a path that is no UTF-8 is held by no other than escapes."""
+    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
+    try:
+        text.encode(getattr(answers.stream or sys.stdout, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return json.dumps(document, indent=indent, allow_nan=False)
+    return text
 
 
 def exit_code(error: StretchError) -> int:
@@ -102,6 +113,7 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -
 
 
 def _lines(file: str) -> list[str]:
+    from stretch_bt.source import lines_of
     from stretch_bt.tree.program import find_tree
 
     try:
@@ -109,7 +121,7 @@ def _lines(file: str) -> list[str]:
     except FileError:
         return []
     try:
-        return path.read_text("utf-8-sig").split("\n") if path.is_file() and path.stat().st_size < 2_000_000 else []
+        return lines_of(path.read_text("utf-8-sig")) if path.is_file() and path.stat().st_size < 2_000_000 else []
     except (OSError, UnicodeDecodeError):
         return []
 

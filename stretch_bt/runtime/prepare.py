@@ -26,7 +26,7 @@ from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program
-from stretch_bt.units import plain_number
+from stretch_bt.units import plain_list, plain_number
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
@@ -171,9 +171,13 @@ def _scene_text(scene: str) -> str:
 
 
 def _plain_param(value: Any) -> Any:
-    """Return a parameter as JSON takes it; one of a scene file is its text."""
-    value = plain_number(value)
-    if isinstance(value, int | float | list | bool):
+    """Return a parameter as JSON takes it, so that a replay sets the same; one of a scene file is its text."""
+    value = plain_list(plain_number(value))
+    if isinstance(value, list | tuple):
+        return [_plain_param(item) for item in value]
+    if isinstance(value, float):  # an Estimate without its error, which no parameter has
+        return float(value)
+    if value is None or isinstance(value, int):
         return value
     return value.text if isinstance(value, Scalar) else str(value)
 

@@ -8,6 +8,7 @@ from stretch_bt.source.compose import parse
 from stretch_bt.source.fit import FILE_KINDS, validate
 from stretch_bt.source.read import load, read_text, resolve
 from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
+from stretch_bt.source.syntax import lines_of
 from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null, told, walk
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "few_suggestions",
     "is_nothing",
     "is_null",
+    "lines_of",
     "load",
     "parse",
     "read_text",

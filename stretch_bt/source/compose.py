@@ -9,7 +9,7 @@ from typing import NoReturn
 import yaml
 
 from stretch_bt.errors import Diagnostic, FileError
-from stretch_bt.source.syntax import explain_syntax
+from stretch_bt.source.syntax import explain_syntax, lines_of
 from stretch_bt.source.values import Map, Mark, Scalar, Seq, Value, is_nothing
 
 __all__ = ["parse", "refuse"]
@@ -34,11 +34,21 @@ def parse(text: str, file: str) -> Value:
         if _DEPTH_OF_PARSER in str(error):  # it counts brackets before it hands on the first of them
             refuse(file, "yaml-depth", *_TOO_DEEP, line, column)
         refuse(file, "yaml-syntax", message, hint, line, column)
-    except yaml.YAMLError as error:  # a character that YAML forbids
-        position = getattr(error, "position", 0)
-        line, start = text.count("\n", 0, position) + 1, text.rfind("\n", 0, position) + 1
+    except (yaml.YAMLError, UnicodeEncodeError) as error:  # a character that YAML forbids
+        position = _position(text, error)
+        *above, last = lines_of(text[:position])
         message = f"this is not YAML: the character {text[position : position + 1]!r} is forbidden"
-        refuse(file, "yaml-syntax", message, "remove the character", line, position - start + 1)
+        refuse(file, "yaml-syntax", message, "remove the character", len(above) + 1, len(last) + 1)
+
+
+def _position(text: str, error: Exception) -> int:
+    """Return the number of characters before the one that YAML forbids."""
+    if isinstance(error, UnicodeEncodeError):  # no text of a file has it, an argument may
+        return error.start
+    position: int = getattr(error, "position", 0)
+    if _LOADER is yaml.Loader:
+        return position
+    return len(text.encode()[:position].decode(errors="ignore"))  # libyaml counts bytes
 
 
 def refuse(file: str, code: str, message: str, hint: str, line: int = 1, column: int = 1) -> NoReturn:

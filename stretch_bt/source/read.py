@@ -8,6 +8,7 @@ from stretch_bt.errors import FileError
 from stretch_bt.source.bounds import open_file
 from stretch_bt.source.compose import parse, refuse
 from stretch_bt.source.suggest import did_you_mean
+from stretch_bt.source.syntax import lines_of
 from stretch_bt.source.values import Map
 
 __all__ = ["load", "read_text", "resolve"]
@@ -37,7 +38,7 @@ def read_text(path: Path, name: str | None = None) -> str:
         line = data.count(b"\n", 0, error.start) + 1
         refuse(file, "file-binary", f"byte {error.start} is not UTF-8 text", "save the file as UTF-8 text", line)
     if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
+        line = len(lines_of(text[: text.index("\0")]))
         refuse(file, "file-binary", "the file holds NUL bytes, so it is not text", "name a YAML file", line)
     return text
 

@@ -6,14 +6,21 @@ import re
 
 import yaml
 
-__all__ = ["explain_syntax"]
+__all__ = ["explain_syntax", "lines_of"]
+
+_BREAK = re.compile(r"\r\n|[\n\r\x85\u2028\u2029]")
+
+
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text as the YAML parser counts them, without their ends."""
+    return _BREAK.split(text)
 
 
 def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | None, str, str]:
     """Return the place, the message and the hint for a mistake that the YAML parser found."""
     context, problem = error.context or "", error.problem or ""
     place = error.problem_mark or error.context_mark
-    lines = text.split("\n")
+    lines = lines_of(text)
     row = lines[place.line] if place is not None and place.line < len(lines) else ""
     if "scanning an a" in context or "stream" in problem:  # an alias, an anchor, or a quote that is never closed
         place = error.context_mark or place
@@ -23,7 +30,7 @@ def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | 
         and error.context_mark is not None
         and place is not None
     ):
-        return _open_bracket(text, error.context_mark, place, row)
+        return _open_bracket(lines, error.context_mark, place, row)
     if place is not None and "\t" in row[: place.column + 1]:
         return place, "this is not YAML: a tab is used for indentation", "indent with spaces, not tabs"
     if "quoted scalar" in context and "stream" in problem:
@@ -60,8 +67,8 @@ def _stray_colon(before: str) -> tuple[str, str]:
     )
 
 
-def _open_bracket(text: str, opened: yaml.Mark, place: yaml.Mark, row: str) -> tuple[yaml.Mark, str, str]:
-    bracket = text.split("\n")[opened.line][opened.column : opened.column + 1]
+def _open_bracket(lines: list[str], opened: yaml.Mark, place: yaml.Mark, row: str) -> tuple[yaml.Mark, str, str]:
+    bracket = lines[opened.line][opened.column : opened.column + 1]
     closing = {"{": "}", "[": "]"}.get(bracket, bracket)
     before, after = row[: place.column], row[place.column :]
     word = re.search(r"[^\s,{[:]+$", before)
@@ -71,7 +78,7 @@ def _open_bracket(text: str, opened: yaml.Mark, place: yaml.Mark, row: str) -> t
         if word[0].startswith("$"):
             hint = f"write '{word[0]}.{number[1] if number else 0}' to take an item"
         return place, "this is not YAML: a bracket is not expected here", hint
-    if not "".join(text.split("\n")[place.line :])[place.column :].strip() or place.line > opened.line:
+    if not "".join(lines[place.line :])[place.column :].strip() or place.line > opened.line:
         message = f"this is not YAML: the {bracket!r} that opens here is not closed"
         return opened, message, f"add {closing!r} where it ends"
     message = f"this is not YAML: ',' or {closing!r} is missing here"

@@ -7,6 +7,7 @@ from typing import Any
 
 from stretch_bt.errors import Absent, NoAnswer, NodeError, StretchError, UnsetKey
 from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.series import errors_of
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate
@@ -116,11 +117,21 @@ def carried(error: Callable[[], float | None], default: Any, name: str) -> Calla
 
 
 def error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
-    """Return the field `x_sd` that stands beside a field `x` of a record."""
-    value = cell.value
-    for part in (*parts[:-1], f"{parts[-1]}_sd"):
-        value = getattr(value, part, None)
-    return value if isinstance(value, float) else None
+    """Return the field `x_sd` that stands beside a field `x` of a record, or the error of an item of a list."""
+    value, last = cell.value, parts[-1]
+    for part in parts[:-1]:
+        value = _part(value, part)
+    if last.isdigit():
+        value = errors_of(value) if isinstance(value, list | tuple) else None
+    found = _part(value, last if last.isdigit() else f"{last}_sd")
+    return found if isinstance(found, float) else None
+
+
+def _part(value: Any, name: str) -> Any:
+    """Return an item of a list, or an attribute; None where there is no such."""
+    if not name.isdigit():
+        return getattr(value, name, None)
+    return value[int(name)] if isinstance(value, list | tuple) and int(name) < len(value) else None
 
 
 def bounded(thunk: Callable[[], Any], check: Callable[[Any], None]) -> Callable[[], Any]:

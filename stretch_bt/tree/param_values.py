@@ -82,6 +82,8 @@ def _written(value: Any, type_: Type) -> str:
         return f"[{', '.join(_written(item, type_.item or type_) for item in value)}]"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, float):  # numpy and an Estimate write theirs with a name around it
+        value = float(value)
     return f"{value!r} {type_.kind.si_unit}" if type_.kind else str(value)
 
 

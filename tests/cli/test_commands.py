@@ -175,6 +175,30 @@ def test_nodes_says_what_each_construct_takes(cli, name):
     assert all(field["name"] in out for field in found["inputs"])
 
 
+def test_brackets_and_colons_of_a_node_are_shown_as_they_are(cli, tmp_path):
+    (tmp_path / "bracketed.py").write_text(
+        '"""Own."""\nfrom stretch_bt import Behavior, In, Out\nfrom stretch_bt.tree.registry import node\n\n'
+        '@node\nclass Bracketed(Behavior):\n    """Give x[/i] at :x: or [red]."""\n'
+        "    weights: In[list[float]]  # of w[/i], :x:\n    marks: Out[list[int]]\n"
+    )
+    (tmp_path / "t.yaml").write_text(
+        "format: stretch-tree/1\nimports: {own: bracketed}\ntrees: {main: {sequence: [fail: no]}}\n"
+    )
+    for words in (["nodes", "bracketed"], ["nodes"]):
+        code, out, err = cli(*words, "--tree", "t.yaml")
+        assert (code, "x[/i] at :x: or [red]." in out) == (0, True), err
+    out = cli("nodes", "bracketed", "--tree", "t.yaml")[1]
+    assert all(text in out for text in ("list[float]", "list[int]", "of w[/i], :x:"))
+
+
+def test_an_output_with_brackets_is_shown_as_it_is(cli, tmp_path):
+    (tmp_path / "t.yaml").write_text(
+        "format: stretch-tree/1\ntrees: {main: {out: [word], sequence: [set: {word: '\"a[/b] [red] :x:\"'}]}}\n"
+    )
+    code, out, err = cli("run", "t.yaml", "--record", "none", "--quiet")
+    assert (code, "a[/b] [red] :x:" in out) == (0, True), err
+
+
 def test_nodes_says_what_a_function_is(cli):
     code, _, err = cli("nodes", "median")
     assert code == 2
@@ -241,6 +265,14 @@ def test_a_new_module_takes_the_place_of_nothing(cli, tmp_path, words, said):
     assert said in out + err
     assert f"choose another name, such as my_{words[1]}" in out + err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("name", "instead"), [("fit_2d", "fit2d"), ("move_x_y", "move_xy"), ("softness_", "softness")])
+def test_a_new_node_has_the_name_that_trees_write(cli, tmp_path, name, instead):
+    code, out, err = cli("new", "node", name)
+    assert (code, list(tmp_path.iterdir())) == (2, [])
+    assert f"would be the node '{instead}', not '{name}'; choose another name, such as {instead}" in out + err
+    assert cli("new", "node", instead)[0] == 0
 
 
 def test_a_new_node_runs_in_a_tree(cli, tmp_path):

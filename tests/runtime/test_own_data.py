@@ -8,7 +8,9 @@ import pytest
 import stretch_bt
 from stretch_bt import check
 from stretch_bt.errors import InvalidInput
+from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.replay import replay
+from stretch_bt.units import Estimate
 
 MODULE = '''
 import threading
@@ -196,3 +198,40 @@ def test_a_command_whose_numbers_are_none_replays_as_it_was_refused(written, tmp
     result = stretch_bt.run(written(text), out=tmp_path / "r")
     assert "speed must be finite and above 0 m/s, not -0.1" in result.reason
     assert replay(tmp_path / "r", trust=True).identical
+
+
+#: what a caller in Python has for a param -> what the tree has
+GIVEN = [
+    ("d", np.float64(0.004), 0.004),
+    ("d", np.float32(0.25), 0.25),
+    ("d", np.int64(2), 2.0),
+    ("d", Estimate(0.004, 0.001), 0.004),
+    ("d", None, None),
+    ("x", Estimate(0.5, 0.1), 0.5),
+    ("x", np.float64(1e-7), 1e-7),
+    ("ds", np.array([0.004, 0.006]), [0.004, 0.006]),
+    ("ds", np.array([4, 6]), [4.0, 6.0]),
+    ("ds", (0.004, 0.006), [0.004, 0.006]),
+    ("ds", list(np.linspace(0.0, 0.5, 3)), [0.0, 0.25, 0.5]),
+    ("ds", [Estimate(0.004, 0.001)], [0.004]),
+    ("ds", None, None),
+    ("yes", np.bool_(True), True),
+]
+
+
+@pytest.mark.parametrize(("name", "given", "held"), GIVEN)
+def test_a_param_of_numpy_or_a_node_is_the_number_and_replays(tmp_path, name, given, held):
+    (tmp_path / "tree.yaml").write_text("""\
+format: stretch-tree/1
+params:
+  d: {type: Length, default: none}
+  ds: {type: 'list[Length]', default: none}
+  x: {type: float, default: 1}
+  yes: {type: bool, default: false}
+trees: {main: {sequence: [check: task.time >= 0 s]}}
+""")
+    result = stretch_bt.run(tmp_path / "tree.yaml", params={name: given}, out=tmp_path / "record")
+    assert result.status == "SUCCESS"
+    record = RecordReader(tmp_path / "record")
+    assert record.header["params"][name] == held
+    assert replay(tmp_path / "record").identical

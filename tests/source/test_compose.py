@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import FileError
-from stretch_bt.source import Map, Scalar, Seq, Value, parse
+from stretch_bt.source import Map, Scalar, Seq, Value, lines_of, parse
 
 #: what YAML 1.1, and so most tools for Python, reads otherwise
 CORE = {
@@ -87,20 +87,20 @@ def test_what_pyyaml_writes_is_read_again(value: Any, flow: bool) -> None:
     assert parse(text, "a.yaml").plain() == value
 
 
-@given(st.text(st.sampled_from("ab1: -[]{},'\"#&*!|>%@`\n\t<?~"), max_size=60))
+@given(st.text(st.sampled_from("ab1: -[]{},'\"#&*!|>%@`\n\t<?~\r\x85\u2028\x07ü\U0001f600\udce9"), max_size=60))
 def test_any_text_is_read_or_refused_at_a_place_inside_it(text: str) -> None:
     try:
         value = parse(text, "a.yaml")
     except FileError as error:
         [found] = error.diagnostics
-        lines = (text + "\n").split("\n")
+        lines = lines_of(text + "\n")
         assert 1 <= found.line <= len(lines) + 1
         assert found.column >= 1
         assert found.message
         assert found.hint
     else:
         for node in nodes(value):
-            row = f"{text}\n".split("\n")[node.mark.line - 1]
+            row = lines_of(f"{text}\n")[node.mark.line - 1]
             assert node.mark.column <= len(row) + 1
 
 
@@ -110,6 +110,28 @@ def test_columns_count_characters(text: str) -> None:
         if isinstance(node, Scalar):
             row = text.split("\n")[node.mark.line - 1]
             assert row[node.mark.column - 1 :].startswith(node.text)
+
+
+BREAKS = ["\n", "\r\n", "\r", "\x85", "\u2028", "\u2029"]
+#: text with an end of line at each / -> line and column of its mistake, and the message
+MISTAKES = {
+    "a: 1/trees: {main: {sequence: [wait/": (2, 26, "the '[' that opens here is not closed"),
+    "doc: Härte ± 1 µm, 😀/b: \x07 1/": (2, 4, r"the character '\x07' is forbidden"),
+    "# ü/a: x/b: ü \udce9/": (3, 6, r"the character '\udce9' is forbidden"),
+    "a: 1/b: 'x/": (2, 4, "the quote that opens here is never closed"),
+    "a: ü/b: [1, 2} /": (2, 9, "',' or ']' is missing here"),
+    "a: 1/b: %x": (2, 4, "text cannot begin with '%'"),
+}
+
+
+@pytest.mark.parametrize("ending", BREAKS)
+@pytest.mark.parametrize("text", MISTAKES)
+def test_a_mistake_is_named_at_its_place_whatever_ends_lines(text: str, ending: str) -> None:
+    line, column, message = MISTAKES[text]
+    with pytest.raises(FileError, match=re.escape(message)) as refused:
+        parse(text.replace("/", ending), "a.yaml")
+    [found] = refused.value.diagnostics
+    assert (found.line, found.column) == (line, column)
 
 
 @pytest.mark.parametrize("levels", [100, 149, 150, 200, 5000])

@@ -1,5 +1,6 @@
 """Outputs that are absent, errors that go along, texts with values, loops that collect."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -35,9 +36,29 @@ class Takes(Behavior):
         return Status.SUCCESS
 
 
+@dataclass
+class Ball:
+    """A ball, and a list of what was seen of it."""
+
+    radius: Length
+    radius_sd: Length
+    seen: list[Length]
+
+
+class Balls(Behavior):
+    """Gives a ball."""
+
+    instant = True
+    ball: Out[Ball]
+
+    def update(self) -> Status:
+        self.ball = Ball(0.003, 0.0002, [0.003])
+        return Status.SUCCESS
+
+
 @pytest.fixture
 def nodes(task: Any) -> Any:
-    for cls in (Perhaps, Takes):
+    for cls in (Perhaps, Takes, Balls):
         registry.node(cls)
     return task
 
@@ -89,6 +110,12 @@ ERRORS = {
     "$twice": "14 3",
     "mean(lengths)": "7 0.57735",
     "at(lengths, 1)": "7 1",
+    "$lengths.1": "7 1",
+    "lengths.2": "7 1",
+    "$plains.0": "4 9",
+    "$ball.radius": "3 0.2",
+    "$balls.1.radius": "3 0.2",
+    "$balls.0.seen.0": "3 9",
 }
 
 
@@ -97,10 +124,14 @@ def test_an_error_goes_with_its_value(nodes: Any, wire: str) -> None:
     body = f"""
     out: [seen]
     sequence:
-      - repeat: {{times: 3, do: {{measure: {{length: $a}}}}, collect: {{lengths: $a}}}}
-      - set: {{plain: 4 mm, b: a, twice: a * 2, twice_sd: 3 mm}}
+      - repeat:
+          times: 3
+          do: [measure: {{length: $a}}, balls: {{ball}}]
+          collect: {{lengths: $a, balls: $ball}}
+      - set: {{plain: 4 mm, plains: [4 mm], b: a, twice: a * 2, twice_sd: 3 mm}}
       - takes: {{length: "{wire}", seen}}
       - check: plain + b + twice > 0 mm and len(lengths) > 0 and known > 0 mm
+      - check: len(balls) > 0 and len(plains) > 0 and ball.radius > 0 mm
     """
     head = "params: {known: {default: 6 mm}, known_sd: {default: 0.5 mm}}"
     outcome = nodes.run(body, head)

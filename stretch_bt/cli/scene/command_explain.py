@@ -84,6 +84,7 @@ def _left_off(predicted: Predicted) -> dict[str, Any]:
 
 def _show(scene: Scene, verdicts: list[Verdict], chosen: Chosen) -> None:
     from rich.console import Console
+    from rich.markup import escape
 
     from stretch_bt.simulation.advisor.told import line, narrow, quantity
 
@@ -91,7 +92,9 @@ def _show(scene: Scene, verdicts: list[Verdict], chosen: Chosen) -> None:
     if not console.is_terminal:
         console.width = 2 * _WIDE  # a line for each effect, for grep
     tolerances = ", ".join(f"{name} {quantity(name, value)}" for name, value in {**scene.kept, **scene.asked}.items())
-    console.print(f"[bold]{scene.name}[/]: {scene.fidelity} fidelity, camera {scene.camera}; tolerance {tolerances}")
+    console.print(
+        f"[bold]{escape(scene.name)}[/]: {scene.fidelity} fidelity, camera {scene.camera}; tolerance {tolerances}"
+    )
     judged = [v for v in verdicts if v.possible]
     console.print(_table(judged, reasons=console.width >= _WIDE))
     for verdict in judged if console.width < _WIDE else ():

@@ -37,6 +37,8 @@ __all__ = ["ReplayResult", "replay"]
 
 #: events that are decisions of the tree
 DECISIONS = ("status", "command", "write")
+#: name of the folders above a tree that is written out again, and how many there are at most
+ABOVE, MOST_UP = "above-the-tree", 100
 #: events of the machine's pace, which a replay does not share
 LATE = "overrun"
 
@@ -193,9 +195,9 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
 def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
     info = reader.run_info
-    home = folder / "a" / "b" / "c"  # deep enough for imports that go up
-    home.mkdir(parents=True)
     names = list(info["sources"])
+    home = folder.joinpath(*[ABOVE] * _most_up(names))
+    home.mkdir(parents=True)
     for name, text in info["sources"].items():
         _write_source(name, text, home, folder)
     mocks = None
@@ -204,6 +206,12 @@ def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str
         mocks = read_mocks(home / "mocks.yaml", recorded=True, arrays=_arrays(reader.folder, home))
     program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _most_up(names: Sequence[str]) -> int:
+    """Return how many folders a relative import goes up at most, within reason."""
+    ups = (Path(name).parts.count("..") for name in names if not Path(name).is_absolute())
+    return min(max(ups, default=0) + 1, MOST_UP)
 
 
 def _arrays(record: Path, home: Path) -> MockArrays:
@@ -229,7 +237,7 @@ def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
     if path.is_relative_to(folder):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    elif not path.is_file() or path.read_text("utf-8") != text:
+    elif not Path(name).is_absolute() or not path.is_file() or path.read_text("utf-8") != text:
         raise damaged(path, "the file was imported from here and is gone, or has changed since")
 
 

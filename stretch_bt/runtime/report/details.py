@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from stretch_bt.frames import DepthFrame, Pose, Wrench
+from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.history import History
 from stretch_bt.runtime.report.text import escape, number, section, table
@@ -27,12 +28,13 @@ def last_readings(record: RecordReader, history: History) -> str:
         last = [event for event in failures if event["tick"] == failures[-1]["tick"]]
         failure = max(last, key=lambda event: event["path"].count("/"))
         note = f"<code>{escape(failure['path'])}</code> at {number(failure['time'])} s: {escape(failure['reason'])}"
-    rows = [
-        (escape(device), escape(name), _show(reading.value), number(reading.device_time), number(reading.sequence))
-        for device, name, reading in history.last
-    ]
+    rows = [(escape(d), escape(name), _show(r.value), *_times(r)) for d, name, r in history.last]
     content = table(("device", "reading", "value", "device time, s", "number"), rows, (3, 4)) if rows else ""
     return section("Last readings", content or (" " if note else ""), note)
+
+
+def _times(reading: Reading[Any]) -> tuple[str, ...]:
+    return tuple(escape(number(value)) for value in (reading.device_time, reading.sequence))
 
 
 def _show(value: Any) -> str:
@@ -42,7 +44,7 @@ def _show(value: Any) -> str:
     if isinstance(value, Wrench):
         return f"force ({_list(value.force, 1.0)}) N, torque ({_list(value.torque, 1.0)}) N m"
     if isinstance(value, DepthFrame):
-        return f"{value.raw.shape[1]} × {value.raw.shape[0]} depth frame {value.sequence}"
+        return escape(f"{value.raw.shape[1]} × {value.raw.shape[0]} depth frame {value.sequence}")
     return escape(number(value, 6))
 
 

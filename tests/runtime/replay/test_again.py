@@ -54,6 +54,22 @@ def test_a_finding_names_the_file_of_the_record_that_holds_the_text(tmp_path, mo
     assert f"put it back into {tmp_path}" in refused.value.diagnostics[0].hint
 
 
+@pytest.mark.parametrize("ups", [1, 3, 4, 9])
+def test_imports_that_go_up_replay_from_the_record_alone(tmp_path, ups):
+    """Each file imports one of the same name in another folder."""
+    home = tmp_path.joinpath("own", *"abcdefghi"[: ups - 1])
+    home.mkdir(parents=True)
+    library = tmp_path / "own.yaml"
+    library.write_text("format: stretch-tree/1\ntrees: {rest: {sequence: [wait: {duration: 0.1 s}]}}\n")
+    (home / "own.yaml").write_text(
+        f"format: stretch-tree/1\nimports: {{lib: {'../' * ups}own.yaml}}\ntrees: {{main: {{sequence: [lib.rest]}}}}\n"
+    )
+    assert run(home / "own.yaml", out=tmp_path / "record").status == "SUCCESS"
+    (home / "own.yaml").unlink()
+    library.unlink()
+    assert replay(tmp_path / "record").identical
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_replay_that_is_interrupted_says_so_and_compares_nothing(tmp_path, monkeypatch, name):
     """It ended as `differs`, at the tick to which it had come."""

@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from stretch_bt.errors import Absent, InvalidInput
 from stretch_bt.frames import Intrinsics
+from stretch_bt.source import Mark, Scalar
 from stretch_bt.tree.expression import ExpressionError, bind, names, parse, typecheck
 from stretch_bt.tree.expression.typecheck import Origin, Symbol, Unresolved
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, Family, Type, quantity
-from stretch_bt.units import KINDS, Dimension
+from stretch_bt.tree.values import reads_as_expression
+from stretch_bt.units import KINDS, Dimension, Kind
 
 LENGTH, FORCE, TIME = (quantity(KINDS[name].dimension) for name in ("Length", "Force", "Time"))
 LISTED = Type("list[Length]", Family.LIST, item=LENGTH)
@@ -249,3 +251,11 @@ def test_arithmetic_is_that_of_python(text: str) -> None:
             evaluate(text)
         return
     assert evaluate(text)[0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)
+def test_the_units_that_messages_name_can_be_written(kind: Kind) -> None:
+    for unit in (kind.unit, kind.si_unit):
+        text = f"5 {unit}"
+        assert not reads_as_expression(Scalar(text, False, Mark("t.yaml", 1, 1)))
+        assert parse(text).type == quantity(kind.dimension)

@@ -93,5 +93,5 @@ def _written(record: RecordReader, name: str) -> list[tuple[float, Any]]:
 
 def _circularities(record: RecordReader) -> str:
     outputs = (record.result or {}).get("outputs") or {}
-    rows = [[escape(name), number(outputs[name]["value"])] for name in CIRCULARITIES if name in outputs]
+    rows = [[escape(name), escape(number(outputs[name]["value"]))] for name in CIRCULARITIES if name in outputs]
     return table(("circularity", ""), rows, numeric=(1,)) if rows else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import takewhile
+from typing import Any
 
 from stretch_bt.errors import InvalidInput, NoAnswer
 from stretch_bt.model.force.force_model import ForceModel
@@ -12,6 +13,7 @@ from stretch_bt.runtime.report.chart import Line, Mark, chart
 from stretch_bt.runtime.report.panels.looks import Look, read_looks, written
 from stretch_bt.runtime.report.panels.used_model import used_model
 from stretch_bt.runtime.report.text import escape, number, section
+from stretch_bt.units import parse_unit
 
 __all__ = ["panel"]
 
@@ -59,10 +61,19 @@ def _object(record: RecordReader, looks: list[Look]) -> str:
 def _truth(record: RecordReader) -> tuple[list[Mark], list[Line]]:
     """Return a ring where the scene knows the last press to be, and its line in the legend."""
     truth = (record.result or {}).get("truth") or {}
-    drop, force = ((truth.get(name) or {}).get("value") for name in ("deflection", "force"))
-    if not (isinstance(drop, int | float) and isinstance(force, int | float) and math.isfinite(drop * force)):
+    drop, force = (_si(truth.get(name) or {}) for name in ("deflection", "force"))
+    if not math.isfinite(drop * force):
         return [], []
-    return [Mark(drop, force, TRUTH, hollow=True)], [Line([], TRUTH, "ring: the last press, by the scene")]
+    return [Mark(1e3 * drop, force, TRUTH, hollow=True)], [Line([], TRUTH, "ring: the last press, by the scene")]
+
+
+def _si(output: dict[str, Any]) -> float:
+    """Return the value of an output, in SI; NaN where it is no number."""
+    value = output.get("value")
+    try:
+        return float(value * parse_unit(str(output.get("unit")))[0]) if isinstance(value, int | float) else math.nan
+    except InvalidInput:
+        return math.nan
 
 
 def _fitted(record: RecordReader, last: Look) -> list[Line]:

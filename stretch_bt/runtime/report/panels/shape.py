@@ -63,14 +63,15 @@ def _fitted(kind: str, sizes: dict[str, float]) -> list[Array]:
 
 def _truth(record: RecordReader) -> list[Array]:
     """Return the outlines (n, 2), m, of the upper surface of the scene's object; none where it has no such surface, or a real camera looked."""
-    scene = record.run_info.get("scene")
+    scene, text = (record.run_info.get(name) for name in ("scene", "scene_text"))
     if not scene or "DepthCamera" not in record.run_info.get("simulated", ["DepthCamera"]):
         return []
     from stretch_bt.simulation.above import upper_surface
-    from stretch_bt.simulation.scene import load_scene
+    from stretch_bt.simulation.scene import load_scene, parse_scene
 
     with suppress(StretchError):
-        return _outlines(upper_surface(load_scene(scene).object, CELL).places)
+        made = parse_scene(text, scene) if isinstance(text, str) else load_scene(scene)
+        return _outlines(upper_surface(made.object, CELL).places)
     return []
 
 

@@ -9,7 +9,7 @@ from stretch_bt.runtime.sketches import SKETCHES, Sketches
 CIRCLE = [(0.015 * math.cos(k / 5), 0.015 * math.sin(k / 5)) for k in range(31)]
 
 
-def record(folder, sketches=None):
+def record(folder, sketches=None, circularity=0.97128):
     recorder = RunRecord(folder)
     recorder.start({"tree": "form_cookie.yaml", "params": {}}, {})
     for k in range(4):
@@ -19,7 +19,7 @@ def record(folder, sketches=None):
     recorder.write("main/sense/line", [v for point in CIRCLE for v in point], None, "main/measure_outline")
     if sketches is not None:
         sketches.save(folder)
-    outputs = {"circularity_true": {"value": 0.97128, "unit": "", "sd": None}}
+    outputs = {"circularity_true": {"value": circularity, "unit": "", "sd": None}}
     recorder.close({"status": "SUCCESS", "reason": "", "outputs": outputs, "truth": {}})
     return RecordReader(folder)
 
@@ -56,3 +56,9 @@ def test_nothing_is_shown_of_what_keeps_its_shape(tmp_path):
     made = record(tmp_path / "record", drawn([0.0, 3.0], {}))
     assert not (made.folder / SKETCHES).exists()
     assert panel(made) == ""
+
+
+def test_an_output_that_is_markup_is_shown_as_text(tmp_path):
+    shown = panel(record(tmp_path / "record", drawn([0.0, 3.0], {"side": CIRCLE, "outline": CIRCLE}), "<b>1</b>"))
+    assert "&lt;b&gt;1&lt;/b&gt;" in shown
+    assert "<b>1</b>" not in shown

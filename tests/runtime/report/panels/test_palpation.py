@@ -3,6 +3,7 @@
 import os
 import re
 
+import numpy as np
 import pytest
 
 import stretch_bt
@@ -99,11 +100,24 @@ def test_every_look_has_its_errors_and_says_where_it_was(record):
     assert all(float(left) < float(right) and float(low) > float(high) for left, _, right, low, high in bars)
 
 
-def test_the_scene_knows_the_last_press(record):
-    truth = {"force": {"value": 1.2, "unit": "N"}, "deflection": {"value": 1.3, "unit": "mm"}}
+@pytest.mark.parametrize(("force", "drop"), [((1.2, "N"), (1.3, "mm")), ((1200, "mN"), (1300.0, "um"))])
+def test_the_scene_knows_the_last_press(record, force, drop):
+    truth = {name: {"value": v, "unit": unit} for name, (v, unit) in (("force", force), ("deflection", drop))}
     _, body = figures(panel(record(truth=truth)))
     assert body["names"][1] == "ring: the last press, by the scene"
-    assert len(body["marks"]) == len(PRESSES) + 1
+    *looks, ring = body["marks"]
+    assert len(looks) == len(PRESSES)
+    forces = [shipped("paper").predict(RADIUS, *press)[0] for press in PRESSES]
+    drops = [1e3 * given_way(f) for f in forces]
+    for place, known, true in ((0, drops, 1.3), (1, forces, 1.2)):
+        a, b = np.polyfit(known, [look[place] for look in looks], 1)
+        assert ring[place] == pytest.approx(a * true + b, abs=0.2)
+
+
+@pytest.mark.parametrize("drop", [{}, {"value": None, "unit": "mm"}, {"value": 1.3, "unit": "parsec"}, {"value": 1.3}])
+def test_without_a_drop_that_the_scene_knows_there_is_no_ring(record, drop):
+    _, body = figures(panel(record(truth={"force": {"value": 1.2, "unit": "N"}, "deflection": drop})))
+    assert len(body["marks"]) == len(PRESSES)
 
 
 @pytest.mark.parametrize("presses", [[], PRESSES[:1]])

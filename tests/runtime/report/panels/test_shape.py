@@ -8,6 +8,7 @@ import pytest
 from stretch_bt.perception import cloud_of
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.report.panels.shape import panel
+from stretch_bt.simulation.scene import scene_text
 
 MM = 1e-3
 SHAPES = {
@@ -71,3 +72,13 @@ def test_without_a_cloud_or_a_scene_less_is_drawn(record):
 
 def test_a_scene_that_is_gone_leaves_the_fit(record):
     assert "#2a8f4d" not in panel(record("block", SHAPES["block"][0], scene="gone.yaml"))
+
+
+@pytest.mark.parametrize(
+    "now", ["", "format: stretch-scene/1\nobject: {type: box, length: 90 mm, width: 90 mm, height: 9 mm}\n"]
+)
+def test_the_scene_is_that_of_the_run_whatever_its_file_holds_now(record, tmp_path, now):
+    (tmp_path / "own.yaml").write_text(now)
+    told = {"scene": str(tmp_path / "own.yaml"), "scene_text": scene_text("wooden_cube")}
+    drawn = panel(record("block", SHAPES["block"][0], **told))
+    assert extents(drawn, "#2a8f4d") == pytest.approx((39.4, 39.4), abs=1.2)
