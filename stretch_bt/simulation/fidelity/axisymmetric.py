@@ -21,7 +21,7 @@ __all__ = ["AxisymmetricFidelity"]
 
 _GRID = 121  # points along and across that the profile is sampled at
 _KEPT = 256  # presses that are kept
-_ROOM = 1.25  # radius of the next larger fixed ball over a ball's own, at most
+_WIDEST = 0.99  # radius of a ball over the sheet's, up to which those between fixed radii are pressed
 _GRAZE = 1e-6  # m; the shape of a touch that is lighter
 
 
@@ -49,8 +49,9 @@ class AxisymmetricFidelity:
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths; for a ball whose radius varies, between balls of fixed radii."""
         radius = self._radius(place)
-        if place.varies and _ROOM * radius < self._sheet(place.stretch).radius:
-            return Between(Sphere(2 * radius), lambda ball: self._curve(ball.diameter / 2, place.stretch))
+        largest = _WIDEST * self._sheet(place.stretch).radius
+        if place.varies and radius <= largest:
+            return Between(Sphere(2 * radius), lambda ball: self._curve(ball.diameter / 2, place.stretch), 2 * largest)
         return self._curve(radius, place.stretch)
 
     def _curve(self, radius: float, stretch: float) -> Curve:

@@ -17,13 +17,16 @@ _RATIO = 1.25  # ratio of one radius to the next; between them the force is with
 
 
 class Between:
-    """The force on a ball by powers of its radius, so that balls which differ little share their solved presses."""
+    """The force on a ball by powers of its radius, so that balls which differ little share their solved presses.
 
-    def __init__(self, ball: Sphere, curve: Callable[[Sphere], Curve]) -> None:
-        step = math.log(ball.diameter) / math.log(_RATIO)
-        low = math.floor(step)
+    The balls of fixed radii have a `largest` diameter, m, and parts of it.
+    """
+
+    def __init__(self, ball: Sphere, curve: Callable[[Sphere], Curve], largest: float = 1.0) -> None:
+        step = math.log(ball.diameter / largest) / math.log(_RATIO)
+        low = math.ceil(step) - 1
         self.share = step - low
-        self._curves = [curve(Sphere(_RATIO**k)) for k in (low, low + 1)]
+        self._curves = [curve(Sphere(largest * _RATIO**k)) for k in (low, low + 1)]
 
     def __call__(self, depth: float) -> tuple[float, float]:
         """Return force along z, N, and slope, N/m, at a depth, m."""
