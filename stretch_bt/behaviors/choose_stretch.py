@@ -18,7 +18,10 @@ class ChooseStretch(ModelBehavior):
         False, doc="whether to take the end of the range that comes nearest where no stretch gives the force"
     )
     max_stretch: In[Length] = port(
-        0.080, min=0.0, max=0.080, doc="largest stretch; with nearest, taken where none is hard enough"
+        0.080,
+        min=0.0,
+        max=0.080,
+        doc="largest stretch; with nearest, taken where none is hard enough and the model reaches it",
     )
     stretch: Out[Length]  # stretch that gives the force
 
@@ -29,7 +32,7 @@ class ChooseStretch(ModelBehavior):
         except NoAnswer:
             if not self.nearest:
                 raise
-            self.stretch = Estimate(0.0 if self._is_soft() else self.max_stretch, 0.0)  # which is chosen, not estimated
+            self.stretch = Estimate(self._nearest(), 0.0)  # which is chosen, not estimated
         return Status.SUCCESS
 
     def _inverted(self) -> Estimate:
@@ -43,10 +46,14 @@ class ChooseStretch(ModelBehavior):
                 )
             return inverted(stretch, lambda x: model.predict(radius, x, depth))
 
-    def _is_soft(self) -> bool:
-        """Return whether the slack membrane already gives the force or more."""
-        try:
-            with within_range():
-                return self.force <= self.force_model().predict(self.radius, 0.0, max(self.depth, 0.0))[0]
-        except NoAnswer:
-            return False
+    def _nearest(self) -> float:
+        """Return the end of the allowed stretches that comes nearest, m, where the model answers."""
+        model, radius, depth = self.force_model(), self.radius, self.depth
+        least, most = model.range.stretch
+        most = min(most, self.max_stretch)
+        with within_range():
+            model.range.check(stretch=most)
+            if self.force <= model.predict(radius, least, depth)[0]:
+                return least
+            model.predict(radius, most, depth)
+        return most

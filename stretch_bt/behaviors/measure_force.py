@@ -23,7 +23,7 @@ class MeasureForce(Behavior):
     kind = "perception"
     force_sensor: Uses[ForceSensor]
     arm: Uses[Arm | None]
-    count: In[int] = port(10, min=1, max=10000, doc="number of readings to average, one a tick")
+    count: In[int] = port(10, min=2, max=10000, doc="number of readings to average, one a tick")
     zero: In[Zero | None] = None  # reading of the sensor without a load, which is taken off
     touch: In[Touch | None] = None  # first contact: below it two measurements are never alike
     force_sample: InOut[ForceSample | None]  # readings of this measurement, and before it of the previous one

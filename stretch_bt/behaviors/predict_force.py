@@ -4,6 +4,7 @@ import math
 
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.model import ForceModel
+from stretch_bt.model.force.force_model import change_by_size
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length
@@ -34,7 +35,7 @@ class PredictForce(ModelBehavior):
         force, sd = model.predict(self.radius, self.stretch, depth)
         terms = [sd]
         if self.radius_sd > 0:
-            terms.append(abs(model.predict(self.radius - self.radius_sd, self.stretch, depth)[0] - force))
+            terms.append(change_by_size(model, Estimate(self.radius, self.radius_sd), self.stretch, depth))
         if self.depth_sd > 0:
             terms.append(abs(model.predict(self.radius, self.stretch, max(depth - self.depth_sd, 0.0))[0] - force))
         return Estimate(force, math.hypot(*terms))

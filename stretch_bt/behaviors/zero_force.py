@@ -12,14 +12,13 @@ from stretch_bt.units import Estimate, Force
 class ZeroForce(Behavior):
     """Zero the force sensor, and measure its remaining offset, which `measure_force` takes off its forces.
 
-    The hand must touch nothing; no reading shows whether it does. A single reading is a poor zero: its noise would be in every
-    force until the next one.
+    The hand must touch nothing; no reading shows whether it does.
     """
 
     kind = "actuation"
     force_sensor: Uses[ForceSensor]
     arm: Uses[Arm | None]
-    count: In[int] = port(20, min=1, max=10000, doc="number of readings to average, one a tick")
+    count: In[int] = port(20, min=2, max=10000, doc="number of readings to average, one a tick")
     offset: Out[Force]  # remaining offset, which is taken off
     zero: Out[Zero]  # the same, with the readings
 

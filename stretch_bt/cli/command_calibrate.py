@@ -41,7 +41,7 @@ def command(
     for text in found.warnings:
         typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
     if plot is not None:
-        _draw(found, given, plot)
+        _draw(found, plot)
     emit_json(found.to_json()) if json_ else _show(found, out)
 
 
@@ -90,7 +90,7 @@ def _parameters(fields: dict[str, Any]) -> list[tuple[str, float, float]]:
     return [(f"{n} at {1e3 * s['stretch']:.0f} mm", s[n], s[f"{n}_sd"]) for s in states for n in names]
 
 
-def _draw(found: Calibration, given: Any, path: Path) -> None:
+def _draw(found: Calibration, path: Path) -> None:
     from stretch_bt.model.calibration.picture import save_calibration
 
-    save_calibration(found.model, given, path)
+    save_calibration(found.model, found.used, path)

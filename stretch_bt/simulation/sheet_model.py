@@ -60,6 +60,10 @@ class SheetModel(MembraneModel):
         force = self._solved(radius, stretch, at, settings) * lifted * told / bare
         return force, sd * force / told
 
+    def _past_spans(self, stretch: float) -> tuple[float, ...]:
+        """Return no error: the sheet is solved at any span."""
+        return ()
+
     def depth_for(self, radius: float, stretch: float, force: float) -> float:
         """Return the depth, m, at which the force, N, is this one."""
         require_force(force)

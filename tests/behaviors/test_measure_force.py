@@ -51,14 +51,14 @@ def test_a_reading_counts_once(bench, saying):
 
 
 def test_a_reading_from_before_does_not_count(bench, saying):
-    sensor = saying([1.0, 2.0, 3.0])
+    sensor = saying([1.0, 2.0, 3.0, 3.0])
     made = bench(force_sensor=sensor)
     made.context.now, sensor.now = 5.0, lambda: 4.9
-    node = made.node("measure_force", count=1)
+    node = made.node("measure_force", count=2)
     assert made.tick(node) is Status.RUNNING
     sensor.now = lambda: 6.0
-    assert made.tick(node) is Status.SUCCESS
-    assert force_of(node) == (2.0, 0.0)
+    assert made.tick(node, 2) is Status.SUCCESS
+    assert force_of(node) == pytest.approx((2.5, 0.5))
 
 
 def test_what_is_left_after_zeroing_is_taken_off_with_its_error(bench, saying):

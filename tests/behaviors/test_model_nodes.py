@@ -192,3 +192,43 @@ def test_a_model_that_does_not_reach_the_largest_stretch_is_refused_before_the_r
         node.prepare()
     for inputs in ({"model": short, "max_stretch": 0.06}, {"model": "paper"}, {"model": "fitted"}):
         made("list_presses", **inputs).prepare()
+
+
+def test_the_nearest_stretch_is_the_models_own_end_or_a_refusal(tmp_path: Path) -> None:
+    model = ForceModel.default()
+    assert isinstance(model, CalibratedHertz)
+    file = tmp_path / "hand.json"
+    replace(model, range=replace(model.range, stretch=(0.01, 0.06))).save(file)
+    press = {"radius": 0.01, "depth": 0.005, "nearest": True}
+    cases: list[tuple[dict[str, Any], float | str]] = [
+        ({"model": str(file), "force": 0.001}, 0.01),
+        ({"model": str(file), "force": 100.0}, 0.06),
+        ({"model": str(file), "force": 0.001, "max_stretch": 0.005}, "stretch 5 mm"),
+        ({"model": "membrane", "force": 1.0, "depth": 0.026}, "depth 26 mm"),
+        ({"model": "membrane", "force": 1.0, "radius": 0.07}, "radius 70 mm"),
+    ]
+    for inputs, expected in cases:
+        node, found = run("choose_stretch", **press | inputs)
+        if isinstance(expected, float):
+            assert (node.status, found.value) == (Status.SUCCESS, expected), inputs
+        else:
+            assert (node.status, expected in node.reason) == (Status.FAILURE, True), (inputs, node.reason)
+
+
+@pytest.mark.parametrize(
+    ("radius", "sd"), [(0.0042, 0.0005), (0.0598, 0.0005), (0.02, 1.0)], ids=["smallest", "largest", "unknown"]
+)
+def test_the_error_of_a_radius_near_the_end_of_the_range_counts(radius: float, sd: float) -> None:
+    press = {"model": "membrane", "radius": radius, "stretch": 0.03, "depth": 0.005}
+    alone, off = run("predict_force", **press)[1], run("predict_force", **press, radius_sd=sd)[1]
+    assert off.value == alone.value
+    assert off.sd is not None
+    assert alone.sd is not None
+    assert off.sd > alone.sd
+
+
+@pytest.mark.parametrize("name", ["measure_force", "zero_force"])
+def test_one_reading_has_no_standard_error(name: str) -> None:
+    info = lookup(name)
+    assert info is not None
+    assert next(port for port in info.of(Role.INPUT) if port.name == "count").min == 2

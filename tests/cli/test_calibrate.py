@@ -141,6 +141,20 @@ def test_a_picture_is_drawn(cli, record, tmp_path):
     assert "<svg" in (tmp_path / "hand.svg").read_text("utf-8")
 
 
+def test_a_picture_is_of_the_presses_that_the_fit_used(cli, record, tmp_path):
+    pytest.importorskip("matplotlib", reason="pictures need the extra 'plot'")
+    path, row = record / NAME, "sphere,10,,60,14,"
+    lines = path.read_text("utf-8").splitlines(True)
+    rows = [line.replace("sphere,10,", "sphere,6,") for line in lines if line.startswith("sphere,10,")]
+    lines = [line.replace(line.split(",")[6], "0") if line.startswith(row) else line for line in lines]
+    path.write_text("".join(lines + rows), "utf-8")
+    asked = ("calibrate", record, "--out", tmp_path / "hand.json", "--plot", tmp_path / "hand.svg", "--json")
+    code, printed, errors = cli(*asked)
+    assert code == 0, errors
+    assert "6 mm" in json.loads(printed)["warnings"][0]
+    assert (tmp_path / "hand.svg").exists()
+
+
 @pytest.mark.parametrize("name", ["paper", "membrane"])
 def test_a_shipped_model_predicts_by_its_name(cli, name):
     code, printed, _ = cli(

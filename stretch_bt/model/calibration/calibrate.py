@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -56,7 +56,7 @@ class StateResidual:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Errors of a model at a diameter, m, that it was not fitted to: mean absolute error, N, and rms as a part of the force.
+    """Errors of a model at a diameter, m, that it was not fitted to: mean absolute error, N, and rms as a part of the model's force.
 
     `rms_relative` is over depths of 5 mm and stretches of 10 mm and more, None where there are none; `extrapolated` is true
     where the diameter lies outside the others. A model may refuse: then both errors are None, and `reason` says why.
@@ -71,11 +71,12 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A fitted model with its residuals, which count depths from the zero that the fit found."""
+    """A fitted model with its residuals, which count depths from the zero that the fit found, and the measurements `used` by it."""
 
     model: ForceModel
     residuals: tuple[StateResidual, ...]
     left_out: tuple[LeftOut, ...]
+    used: Measurements = field(compare=False, repr=False)
 
     @property
     def zero(self) -> DepthZero:
@@ -115,7 +116,7 @@ def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str
         raise InvalidInput(f"no model {shown(model)[:80]}; choose one of {', '.join(CALIBRATIONS)}")
     fitted = CALIBRATIONS[model](given, provenance)
     used = given if model == PAPER else within_table(given)[0]
-    return Calibration(fitted, tuple(_residuals(fitted, used)), tuple(leave_one_out(used, _UNJUDGED[model])))
+    return Calibration(fitted, tuple(_residuals(fitted, used)), tuple(leave_one_out(used, _UNJUDGED[model])), used)
 
 
 def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
@@ -148,7 +149,7 @@ def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) 
     told = forces(model, DepthZero.of(model.provenance).applied(given))
     off = told - given.force
     deep = (given.depth >= 5e-3 - 1e-9) & (given.stretch >= 10e-3 - 1e-9)
-    relative = math.sqrt(float(np.mean((off[deep] / given.force[deep]) ** 2))) if deep.any() else None
+    relative = math.sqrt(float(np.mean((off[deep] / np.maximum(told[deep], 1e-3)) ** 2))) if deep.any() else None
     return LeftOut(diameter, outer, float(np.abs(off).mean()), relative)
 
 

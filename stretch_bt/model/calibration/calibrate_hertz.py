@@ -13,6 +13,7 @@ from stretch_bt.errors import IllConditioned, NoEquilibrium
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.checks import MOST_SD
 from stretch_bt.model.force.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.force.force_model import MOST, STRETCH_OFF, Range
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.units import Estimate
 
@@ -137,7 +138,7 @@ def _state(
 
 def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: dict[str, Any]) -> CalibratedHertz:
     """Return the model at the scale of the logarithm with the least squared error."""
-    made = [CalibratedHertz(states, float(scale), 0.0, given.range, provenance) for scale in _LOG_SCALES]
+    made = [CalibratedHertz(states, float(scale), 0.0, _range(given), provenance) for scale in _LOG_SCALES]
     lefts = [_left(model, states, given) for model in made]
     best = made[int(np.argmin(lefts))]
     pressed = given.where(given.depth > 0)
@@ -156,6 +157,12 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     light = ~deep & (pressed.depth >= _TOUCHES)
     shallow = _shallow(pressed.depth[light], off[light] - relative**2) if deep.any() else 0.0
     return replace(best, relative_sd=relative, shallow_sd=min(shallow, MOST_SHALLOW))
+
+
+def _range(given: Measurements) -> Range:
+    """Return where the model holds: the measured range, its stretches widened by how far a gripper may stand from a command."""
+    least, most = given.range.stretch
+    return replace(given.range, stretch=(max(least - STRETCH_OFF, 0.0), min(most + STRETCH_OFF, MOST["stretch"])))
 
 
 def _shallow(depth: Array, more: Array) -> float:

@@ -146,8 +146,9 @@ def _left_out(given: Measurements, conditioned: Conditioning) -> float:
     """Return the rms relative error of forces at diameters left out of the fit in turn: each between others, or each of two.
 
     Depths count from the zero that the fit found, the variance of noise is subtracted, and outliers are left out. Where there is
-    one diameter, or no press is deep enough, it is the usual error of such models.
+    one diameter that was pressed, or no press is deep enough, it is the usual error of such models.
     """
+    given = given.where(given.depth > 0)
     if len(given.diameters) < 2 or not (given.depth >= _TOLD).any():
         return _ALONE
     errors = []

@@ -19,7 +19,9 @@ Mask = npt.NDArray[np.bool_]
 
 _STUCK = 1e-9
 _FEWEST = 3
-_SAME = 1e-3  # m
+_SAME = 9e-4  # m; two steps of a gripper, and less than what a protocol steps by
+_DIGITS = 9
+_ROUNDING = 1e-9  # m
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,11 @@ class Measurements:
 
     @classmethod
     def of(cls, table: Table) -> Measurements:
-        """Return the presses of hemispheres of a table: stretches within a millimetre as one, and nothing above first contact."""
+        """Return the presses of hemispheres of a table: stretches within 0.9 mm as one, and nothing above first contact."""
         ball = table.geometry == "sphere"
         if not ball.any():
             raise IllConditioned("the table holds no press of a hemisphere, which is what force models are fitted to")
-        columns = (table.size / 2, table.stretch, table.depth, table.force, table.force_sd)
+        columns = (np.round(table.size, _DIGITS) / 2, table.stretch, table.depth, table.force, table.force_sd)
         radius, stretch, depth, force, sd = (column[ball] for column in columns)
         stretch, depth = np.maximum(_together(stretch), 0.0), np.maximum(depth, 0.0)
         return cls(radius, stretch, depth, force, sd, Conditioning.of(table.provenance))
@@ -69,7 +71,7 @@ class Measurements:
     @property
     def diameters(self) -> list[float]:
         """The different diameters, m, rising."""
-        return [float(d) for d in np.unique(np.round(2 * self.radius, 9))]
+        return [float(d) for d in np.unique(np.round(2 * self.radius, _DIGITS))]
 
     def of_diameter(self, diameter: float) -> Mask:
         """Return a mask (n,) of one diameter, m."""
@@ -106,10 +108,14 @@ def forces(model: ForceModel, given: Measurements) -> Array:
 
 
 def _together(values: Array) -> Array:
-    """Return values, m, where neighbours within a millimetre of each other are replaced by their mean: where a gripper stood."""
+    """Return values, m, where those up to 0.9 mm above the least of a group are replaced by its mean: where a gripper stood."""
     order = np.argsort(values)
-    group = np.concatenate([[0], np.cumsum(np.diff(values[order]) > _SAME)])
+    group, first = np.zeros(len(values), int), values[order[0]]
+    for k, value in enumerate(values[order]):
+        begins = value - first > _SAME + _ROUNDING
+        first = value if begins else first
+        group[k] = group[max(k - 1, 0)] + begins
     means = np.bincount(group, values[order]) / np.bincount(group)
     found = np.empty_like(values)
-    found[order] = np.round(means[group], 9)
+    found[order] = np.round(means[group], _DIGITS)
     return found

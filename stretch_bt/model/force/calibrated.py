@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_within
-from stretch_bt.model.force.force_model import ForceModel, Range, require_force
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.model.force.force_model import MOST, ForceModel, Range, require_force
+from stretch_bt.units import KINDS, format_quantity, is_number
 
 __all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState"]
 
@@ -39,8 +39,9 @@ class StretchState:
 
     def __post_init__(self) -> None:
         values = [getattr(self, f.name) for f in fields(self)]
-        if not all(isinstance(v, int | float) and math.isfinite(v) for v in values):
-            raise InvalidInput(f"a stretch state needs finite numbers, got {self}")
+        if not all(map(is_number, values)):
+            raise InvalidInput(f"a stretch state needs finite numbers, got {str(self)[:200]}")
+        require_within("states.stretch", self.stretch, 0.0, MOST["stretch"])
         if self.decay <= 0 or min(self.floor_sd, self.amplitude_sd, self.decay_sd) < 0:
             raise InvalidInput(f"a stretch state needs a decay above 0 and no negative sd, got {self}")
 

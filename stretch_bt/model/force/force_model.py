@@ -24,6 +24,7 @@ __all__ = [
     "SHIPPED",
     "ForceModel",
     "Range",
+    "change_by_size",
     "check_model",
     "model_of_kind",
     "require_force",
@@ -235,6 +236,18 @@ def require_force(force: float) -> None:
     """Raise InvalidInput unless the force is a finite number of N, 0 or more."""
     if not (is_number(force) and force >= 0):
         raise InvalidInput(f"force must be finite and at least 0 N, not {shown(force)[:80]}")
+
+
+def change_by_size(model: ForceModel, radius: Estimate, stretch: float, depth: float) -> float:
+    """Return by how much the force, N, changes with a radius, m, one deviation smaller, or larger where the model ends before."""
+    force = model.predict(radius.value, stretch, depth)[0]
+    least, most = model.range.radius
+    try:
+        if radius.value - radius.sd >= least:
+            return abs(model.predict(radius.value - radius.sd, stretch, depth)[0] - force)
+    except InvalidInput:  # the membrane would wrap around so small a sphere
+        pass
+    return abs(model.predict(min(radius.value + radius.sd, most), stretch, depth)[0] - force)
 
 
 @runtime_checkable

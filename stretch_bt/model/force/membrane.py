@@ -34,6 +34,8 @@ _HANG_OFF = 0.05  # relative error of a sag, from the strip's formula and the de
 # relative errors of a force, for each factor e in diameter and in depth, and for each m of stretch past the measured range: an
 # assumption, on top of the covariance, for effects that no sheet of the table has
 _BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
+# relative error of a force for each m of span below the table's: 2 mm below it a flat sheet has half of the force at 10 mm of depth
+_BEYOND_SLACK = 300.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,8 @@ class MembraneModel(ForceModel):
         for name, (low, high) in ends.items():
             for end in getattr(self.range, name):
                 require_within(f"range.{name}", end, low, high)
+        if not self.range.stretch[1] > 0:
+            raise InvalidInput("range.stretch: its upper end is above 0 m")
         for end in self.measured.radius if self.measured else ():
             require_within("measured.radius", end, radii[0] - _SAME, radii[1] + _SAME)
 
@@ -82,7 +86,10 @@ class MembraneModel(ForceModel):
         level, spread = _curves(self, radius, stretch)
         force = self._unit * math.exp(_along(down, level, at))
         return force, force * math.hypot(
-            self.relative_sd, _along(down, spread, at), *self._beyond(radius, stretch, depth)
+            self.relative_sd,
+            _along(down, spread, at),
+            *self._beyond(radius, stretch, depth),
+            *self._past_spans(stretch),
         )
 
     def depth_for(self, radius: float, stretch: float, force: float) -> float:
@@ -155,6 +162,17 @@ class MembraneModel(ForceModel):
         own = float(slopes @ np.array(self.covariance) @ slopes)
         return Estimate(told, math.sqrt(max(own, 0.0) + (_HANG_OFF * told) ** 2))
 
+    def in_range(self, radius: float, stretch: float, depth: float) -> bool:
+        """Return whether forces were measured around there, and the table has them; the model may answer beyond."""
+        return super().in_range(radius, stretch, depth) and not self._past_spans(stretch)
+
+    def _past_spans(self, stretch: float) -> tuple[float, ...]:
+        """Return the relative error that a force has because prestretch and stretch together lie past the table's spans."""
+        low, high = self._spanned
+        if low <= stretch <= high:
+            return ()
+        return (_BEYOND_SLACK * (low - stretch) if stretch < low else _BEYOND_STRETCH * (stretch - high),)
+
     def _beyond(self, radius: float, stretch: float, depth: float) -> tuple[float, ...]:
         """Return the relative errors that a force has because radius, stretch and depth lie past the measured range."""
         if self._seen is None:
@@ -219,6 +237,12 @@ class MembraneModel(ForceModel):
             return None
         (low, high), (slack, tense), (_, deep) = self.measured.radius, self.measured.stretch, self.measured.depth
         return low, high, slack - STRETCH_OFF, tense + STRETCH_OFF, deep + DEPTH_OFF
+
+    @cached_property
+    def _spanned(self) -> tuple[float, float]:
+        """The stretches, m, at which the span lies within the table's."""
+        spans, mount = read_table().spans, self.hand.mount_prestretch
+        return float(spans[0]) - mount - _SAME, float(spans[-1]) - mount + _SAME
 
     @cached_property
     def grids(self) -> _Grids:

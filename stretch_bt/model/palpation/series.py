@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
-from stretch_bt.model.force.force_model import ForceModel, check_model
+from stretch_bt.model.force.force_model import ForceModel, change_by_size, check_model
 from stretch_bt.model.force.local import Pressed, local_forces
 from stretch_bt.model.palpation.balance import FLATTEST, LAW, STEEPEST, Balance, presses_of
 from stretch_bt.model.palpation.law import ObjectLaw
@@ -191,7 +191,7 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
     depth = min(max(float(depths[-1]), lowest), highest)
     force, model_sd = model.predict(radius.value, last.stretch, depth)
     slope = float(fit.forces.at(depths)[1][-1])
-    sized = model.predict(max(radius.value - radius.sd, model.range.radius[0]), last.stretch, depth)[0] - force
+    sized = change_by_size(model, radius, last.stretch, depth)
     force_sd = math.hypot(model_sd, sized, slope * common_sd) / force if force > 0 else 0.0
     drop_row = np.eye(len(row))[0] - row
     drop = fit.q[0] + fit.level - height

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from stretch_bt.model.calibration import calibrate as calibrate_module
 from stretch_bt.model.calibration import calibrate_hertz, calibrate_membrane
 from stretch_bt.model.calibration.calibrate import calibrate
 from stretch_bt.model.calibration.characterization import Press, as_table
@@ -157,6 +158,58 @@ def test_what_a_gripper_and_an_arm_tell_need_not_be_exact():
     assert given.depth.min() == 0.0
     for name in ("membrane", "paper"):
         assert len(calibrate(given, name).residuals) == 9
+
+
+def table_of(stretches, diameters=(0.01, 0.02, 0.03)):
+    """Return a table of noiseless presses."""
+    depths = (0.002, 0.005, 0.009, 0.014)
+    states = [(d, x, z) for d in diameters for x in stretches for z in depths]
+    rows = [Press("sphere", d, x, z, 1, HAND.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0) for d, x, z in states]
+    return as_table({}, rows)
+
+
+@pytest.mark.parametrize(
+    ("measured", "groups"),
+    [
+        ((0.0, 0.001, 0.002), 3),
+        (tuple(np.arange(0.0, 0.0101, 5e-4)), 11),
+        ((0.0296, 0.03, 0.0304, 0.0596, 0.06), 2),
+    ],
+    ids=["a millimetre apart", "a chain", "where a gripper stood"],
+)
+def test_stretches_are_one_where_a_gripper_stands_and_no_chain(measured, groups):
+    given = Measurements.of(table_of(measured))
+    assert len(np.unique(given.stretch)) == groups
+    assert np.abs(given.stretch - table_of(measured).stretch).max() < 5e-4
+
+
+@pytest.mark.parametrize("diameter", [9, 13, 18, 26, 36, 43, 51, 52, 59])
+def test_the_papers_model_takes_any_smallest_hemisphere(diameter):
+    sizes = tuple(d * 1e-3 for d in (diameter, diameter + 12, diameter + 24))
+    model = calibrate_hertz.fit_calibrated_hertz(Measurements.of(table_of((0.0, 0.03, 0.06), sizes)))
+    assert model.range.radius[0] == round(diameter * 1e-3, 9) / 2
+
+
+def test_the_papers_model_answers_where_a_gripper_was_sent():
+    model = calibrate_hertz.fit_calibrated_hertz(Measurements.of(table_of((0.0002, 0.03, 0.0597))))
+    for stretch in (0.0, 0.06):
+        assert model.predict(0.01, stretch, 0.005)[0] > 0
+
+
+@pytest.mark.parametrize(("diameters", "deep"), [((0.01, 0.02), 0.01), ((0.01, 0.02, 0.03), 0.02)])
+def test_an_indenter_that_was_only_touched_is_not_left_out(diameters, deep):
+    given = presses(diameters=diameters, depths=(0, 3, 8))
+    found = calibrate(given.where(given.of_diameter(deep) | (given.depth == 0)))
+    assert found.model.relative_sd < 0.1
+    assert all(row.reason for row in found.left_out)
+
+
+def test_a_force_of_nothing_leaves_a_finite_error():
+    given = presses()
+    force = np.where((given.depth == 5e-3) & (given.stretch == 0.02) & given.of_diameter(0.02), 0.0, given.force)
+    model = calibrated().model
+    told = calibrate_module._told(model, changed(given, force=force), 0.02, False)
+    assert math.isfinite(told.rms_relative)
 
 
 def told_of(model, diameters, stretches, depths):

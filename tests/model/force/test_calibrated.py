@@ -1,9 +1,11 @@
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.hardcases.strategies.model import HERTZ_DEPTHS, HERTZ_RADII, STRETCHES
 from stretch_bt.model import ForceModel, next_indentation
 from stretch_bt.model.force.calibrated import CalibratedHertz, StretchState
@@ -52,3 +54,16 @@ def test_a_modulus_that_is_none_gives_no_force(floor):
     for ask in (lambda: model.predict(0.01, 0.0, 0.005), lambda: model.depth_for(0.01, 0.0, 1.0)):
         with pytest.raises(NoEquilibrium, match="no modulus above 0"):
             ask()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("stretch", -0.05), ("stretch", 1.0), ("floor", 10**400)], ids=["below 0", "above", "huge"]
+)
+def test_a_state_that_is_none_is_refused_when_it_is_read(tmp_path, name, value):
+    path = tmp_path / "hand.json"
+    MODEL.save(path)
+    kept = json.loads(path.read_text())
+    kept["states"][0][name] = value
+    path.write_text(json.dumps(kept))
+    with pytest.raises(InvalidInput, match=r"hand\.json"):
+        ForceModel.load(path)

@@ -84,3 +84,23 @@ def test_threads_that_ask_one_model_get_their_own_answers():
     finally:
         sys.setswitchinterval(before)
     assert found == [{one} for one in alone]
+
+
+def test_a_range_without_a_width_is_refused():
+    with pytest.raises(InvalidInput, match=r"range\.stretch"):
+        replace(MODEL, range=replace(LIMITS, stretch=(0.0, 0.0)))
+
+
+def test_slacker_than_its_table_it_states_how_little_it_knows():
+    """A flat sheet 2 mm past its gauge, under 20 mm: 5 mN at 4 mm of depth, 76 mN at 10 mm."""
+    weightless = Hand(47.4e3, 0.002, 0.002)
+    slack, inside = replace(MODEL, hand=weightless), replace(MODEL, hand=weightless._replace(mount_prestretch=0.004))
+    for depth, flat in ((0.004, 0.005), (0.010, 0.076)):
+        force, sd = slack.predict(0.01, 0.0, depth)
+        assert abs(force - flat) < 2 * sd
+        assert slack.predict(0.01, 0.0021, depth)[1] < 0.5 * slack.predict(0.01, 0.0021, depth)[0]
+    assert not slack.in_range(0.01, 0.0, 0.005)
+    assert slack.in_range(0.01, 0.0021, 0.005)
+    assert inside.in_range(0.01, 0.0, 0.005)
+    far = replace(slack, hand=weightless._replace(mount_prestretch=0.012), range=replace(LIMITS, stretch=(0.0, 0.12)))
+    assert (far.in_range(0.02, 0.107, 0.005), far.in_range(0.02, 0.119, 0.005)) == (True, False)

@@ -141,3 +141,10 @@ def test_errors_are_as_large_as_stated(stiffness, looks, draws):
 
 def _at_hand(pose):
     return pose[0], TOP - pose[1]
+
+
+def test_the_error_of_a_radius_at_the_end_of_the_range_counts():
+    least = MODEL.range.radius[0]
+    readings = seen(spring(1000.0, 1.2))
+    sds = [fit_series(MODEL, Estimate(least, sd), readings).force_sd for sd in (0.0, 5e-4)]
+    assert sds[1] > 1.01 * sds[0]
