@@ -93,8 +93,11 @@ class RobotiqDriver(GripperDriver, ABC):
         task = self._task
 
         def hold(wire: ScreenedWire) -> None:
-            self._task = None  # here, so that a motion that was about to begin does not come after it
-            _hold(wire)
+            activating, self._task = (
+                self._activating,
+                None,
+            )  # here, so that a motion that was about to begin does not come after it
+            _hold(wire, activating)
 
         try:
             self._attendant.do(hold)
@@ -151,6 +154,10 @@ class RobotiqDriver(GripperDriver, ABC):
         if self._attendant is None:
             raise NotReady(self.name, "the device is closed")
         return self._attendant
+
+    @property
+    def _activating(self) -> bool:
+        return isinstance(self._task, Activation) and not self._task.over
 
     def _measured(self, status: Status) -> float:
         return self.options.calibration.opening(status.position)
@@ -224,8 +231,9 @@ class RobotiqDriver(GripperDriver, ABC):
             task.after(wire, status, sample.time)
             unwatched = time.monotonic() - self._watched
             if not task.over and unwatched > self.cell.limits.unwatched:
+                activating = self._activating
                 self._event = task.fault = DeviceFault(self.name, UNWATCHED.format(unwatched))
-                _hold(wire)
+                _hold(wire, activating)
 
     def _news(self, status: Status) -> DeviceFault | None:
         """Return what went wrong between the status before and this one."""
@@ -239,14 +247,17 @@ class RobotiqDriver(GripperDriver, ABC):
     def _hold_at_loss(self, wire: ScreenedWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""
         if self._moved:
-            _hold(wire)
+            _hold(wire, self._activating)
             self._held_at_loss = True
 
 
-def _hold(wire: ScreenedWire) -> None:
-    """Hold the fingers, whatever they say of their position; to an inactive gripper nothing is written, because that would activate it."""
+def _hold(wire: ScreenedWire, activating: bool) -> None:
+    """Hold the fingers, whatever they say of their position; to an inactive gripper nothing is written, because that would activate it.
+
+    An activation of our own is broken off whatever the gripper says: it may not say yet that it has begun.
+    """
     status = wire.bare.read()
-    if status.ready:
-        wire.hold(status)
-    elif status.stage is Stage.ACTIVATING:
+    if activating or status.stage is Stage.ACTIVATING:
         wire.reset()
+    elif status.ready:
+        wire.hold(status)

@@ -110,6 +110,8 @@ class Journey(Task):
             self._arrived(status)
         if self._target.led and self._sent is not None and abs(status.position - self._sent) <= 1:
             self._progress = now  # they wait for the next count
+        if self.state is MotionState.BLOCKED:
+            wire.hold(status)  # else they would go on, and nobody looks, once nothing is in their way
         if self.over:
             return
         due = self._due(now)
