@@ -172,7 +172,9 @@ def test_a_script_that_is_paused_does_not_count_as_ended(cli, cell, gone):
         client.kill()
     if gone:
         assert (code, found["arm"]["ok"]) == (3, False)
-        assert found["arm"]["detail"].startswith("a program is held, and no client that has it shows that it is ours (PAUSED")
+        assert found["arm"]["detail"].startswith(
+            "a program is held, and no client that has it shows that it is ours (PAUSED"
+        )
     else:
         assert (code, found["arm"]["ok"]) == (0, True)
         assert "our control script ran (a run that is open beside this has it)" in found["arm"]["detail"]
