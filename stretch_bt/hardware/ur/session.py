@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,7 +14,7 @@ from stretch_bt.hardware.ur.guard import Measured
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.lifelines import Lifelines
 from stretch_bt.hardware.ur.messages import Settings, Six
-from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x
+from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x, major_minor
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface
@@ -193,7 +192,7 @@ def _version(host: str) -> tuple[int, ...]:
         if isinstance(error, ConnectionRefusedError) and is_polyscope_x(host):
             raise OSError(TOO_NEW) from error
         raise
-    return tuple(int(number) for number in (*re.findall(r"\d+", answer), 0, 0)[:2])
+    return major_minor(answer)
 
 
 def _until(ask: Callable[[], bool], seconds: float) -> bool:
