@@ -15,8 +15,8 @@ from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.claim import Claim, claims_folder
 from stretch_bt.hardware.examine import halt
-from stretch_bt.hardware.robotiq.gripper import RobotiqGripper
 from stretch_bt.hardware.implementations import driver_class
+from stretch_bt.hardware.robotiq.gripper import RobotiqGripper
 
 PLACE = "the gripper at 127.0.0.1 port 1"
 #: takes a place and says so, and ends with its input
