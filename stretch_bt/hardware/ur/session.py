@@ -70,6 +70,8 @@ class Session:
         self._receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
         lifelines.hold("reads")
         self._control: RTDEControlInterface | None = None
+        #: whether a program of ours may have been begun
+        self.begun = False
 
     def measure(self, after: float) -> Measured | None:
         """Return the latest measurement, unless its time is `after`, s of the controller; raises OSError once the connection is lost."""
@@ -148,6 +150,7 @@ class Session:
             raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
         upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
         flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
+        self.begun = True
         try:
             self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
         except Exception as error:  # what it throws depends on the controller: all of it means that it cannot be had
