@@ -329,6 +329,21 @@ def test_an_activation_ends_an_automatic_release(make_cell, clock, advance):
     assert advance(gripper.move(0.08, speed=0.15, owner="a")) is MotionState.DONE
 
 
+@pytest.mark.parametrize("questions", range(1, 11))
+def test_a_fault_that_the_command_clears_does_not_end_the_motion(make_cell, clock, advance, monkeypatch, questions):
+    """However long the URCap shows it."""
+    monkeypatch.setattr(urcap, "QUESTIONS", questions)
+    cell = make_cell("urcap")
+    cell.stand_in.model._fault = 0x09
+    clock.time += 0.1
+    gripper = cell.devices["gripper"]
+    motion = gripper.move(0.08, speed=0.15, owner="a")
+    for _ in range(3):
+        gripper.driver.status()
+        assert motion.poll() is MotionState.MOVING
+    assert advance(motion) is MotionState.DONE
+
+
 def test_slower_than_the_gripper_can_it_is_led(make_cell, clock, advance):
     """The 2F-140 goes at 30 mm/s or more; 10 mm/s come from steps."""
     cell = make_cell("robotiq-rtu")

@@ -10,7 +10,7 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInpu
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
-from stretch_bt.hardware.robotiq.registers import Stage, Status
+from stretch_bt.hardware.robotiq.registers import PASSING, Stage, Status
 from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
@@ -18,8 +18,6 @@ from stretch_bt.hardware.wire_thread import Sample, WireThread
 
 __all__ = ["RobotiqDriver"]
 
-#: faults that the next command clears
-_PASSING = (0x05, 0x07, 0x09)
 #: connecting and asking, twice each, and that once more for a command of two exchanges
 _EXCHANGES = 8
 #: periods of polling without an answer after which it is lost at the earliest
@@ -177,7 +175,7 @@ class RobotiqDriver(GripperDriver, ABC):
     def _check_ready(self, status: Status) -> None:
         """Raise unless the gripper takes motions; faults that the next command clears do not keep it from one."""
         fault = fault_in(self.name, status)
-        if fault is not None and status.fault not in _PASSING:
+        if fault is not None and status.fault not in PASSING:
             raise fault
         if not status.ready:
             state = "is being activated" if status.stage is Stage.ACTIVATING else "is not activated"
@@ -240,7 +238,7 @@ class RobotiqDriver(GripperDriver, ABC):
         known = self._known
         if known is None:
             return None
-        if status.fault not in (0, known.fault, *_PASSING):
+        if status.fault not in (0, known.fault, *PASSING):
             return fault_in(self.name, status)
         return lost_activation(self.name) if known.ready and not status.ready else None
 

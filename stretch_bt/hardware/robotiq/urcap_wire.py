@@ -20,8 +20,8 @@ _TRIES = 2
 _VALUE = re.compile(rb"([A-Z]{3}) ?(\d{1,3}|\?)")
 _LONGEST = 256
 _ACK = b"ack"
-#: a command is confirmed before the gripper has it: what says that it has (GTO, PRE) comes before what it says of it (OBJ, POS)
-_ASKED = ("ACT", "STA", "FLT", "GTO", "PRE", "OBJ", "POS")
+#: a command is confirmed before the gripper has it: what says that it has (GTO, PRE) comes before what it says of it (FLT, OBJ, POS)
+_ASKED = ("ACT", "STA", "GTO", "PRE", "FLT", "OBJ", "POS")
 _RANGES = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 
 
