@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Any, TypeVar
 
 from stretch_bt.blame import place_of
-from stretch_bt.errors import InvalidInput, NotReady, StretchError, named
+from stretch_bt.errors import DeviceLost, InvalidInput, NotReady, StretchError, named
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
 from stretch_bt.hardware.checked_reading import check_reading
@@ -134,7 +134,16 @@ def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
         finally:
             driver.close()
     except Exception as error:
-        return Finding(device.name, False, _said(error), _ENDS)
+        return Finding(device.name, False, _said(error), _ending(device, driver))
+
+
+def _ending(device: DeviceSpec, driver: Driver) -> str:
+    """Return how to stop a device that is not to be had: a program that has it, as on a serial line, is named."""
+    try:
+        with Claim(device.name, driver.claimed()):
+            return _ENDS
+    except NotReady as had:
+        return f"{_ENDS}: {had.reason}"
 
 
 def _said(error: Exception) -> str:
@@ -146,12 +155,12 @@ def _said(error: Exception) -> str:
 
 
 def _open_soon(driver: Driver) -> None:
-    """Open a device, which a run that ends has to let go of first; raises NotReady where it does not do that soon."""
+    """Open a device, which a run that ends has to let go of first; raises NotReady or DeviceLost where it does not do that soon."""
     due = time.monotonic() + _LETTING_GO
     while True:
         try:
             return driver.open()
-        except NotReady:
+        except (NotReady, DeviceLost):  # a serial line that another program has is lost
             if time.monotonic() > due:
                 raise
             time.sleep(_PAUSE)

@@ -156,6 +156,31 @@ def test_a_script_whose_client_is_gone_is_stopped(cli, cell):
     assert cell["ur"].state()["moved"] == rest["moved"]
 
 
+@pytest.mark.parametrize("gone", [False, True])
+def test_a_script_that_is_paused_does_not_count_as_ended(cli, cell, gone):
+    controller = cell["ur"].controller
+    command = [sys.executable, "-c", LEFT, HOST]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as client:
+        assert client.stdout.readline() == b"moves\n"
+        with controller.lock:
+            assert controller.pause()
+        if gone:
+            client.kill()
+            while cell["ur"]._rtde._claims:
+                time.sleep(0.01)
+        code, found = told(cli, "--device", "arm")
+        client.kill()
+    if gone:
+        assert (code, found["arm"]["ok"]) == (3, False)
+        assert found["arm"]["detail"].startswith(
+            "a program is held, and no client that has it shows that it is ours (PAUSED"
+        )
+    else:
+        assert (code, found["arm"]["ok"]) == (0, True)
+        assert "our control script ran (a run that is open beside this has it)" in found["arm"]["detail"]
+    assert controller.running == gone
+
+
 def freed_late(connection):
     """Yield what came over a connection, and let its registers go a while after its end, as a controller may."""
     yield from received(connection)

@@ -144,6 +144,52 @@ def test_mistakes_about_devices_on_wires(tmp_path, right, wrong, line, said, hin
     assert found[0].line == line
 
 
+_ARM = {"type": "Arm", "use": "ur", "host": "robot", "base": {}, "hand": {}, "source": "a test"}
+_UR5, _UR5E = {**_ARM, "model": "ur5"}, {**_ARM, "model": "ur5e"}
+_CAMERA = {"type": "DepthCamera", "use": "realsense", "serial": "1"}
+_COUNTS = {"counts_per_newton": 1000000, "counts_per_newton_metre": 1000000, "source": "a test"}
+_SENSOR = {"type": "ForceSensor", "use": "ati", "host": "sensor", "calibration": _COUNTS}
+# (a device, options that just work, one of them that does not, what is said)
+TIMES = [
+    (_UR5, {"rate": "125 Hz"}, ("rate", "126 Hz"), "a ur5 has 125 cycles a second, not 126"),
+    (_UR5E, {"rate": "500 Hz"}, (), ""),
+    (
+        _UR5,
+        {"rate": "40 Hz", "lost_after": "50 ms"},
+        ("lost_after", "50 ms", "rate", "39 Hz"),
+        "51.28 ms later at worst",
+    ),
+    (_UR5, {"rate": "17 Hz"}, ("rate", "10 Hz"), "news that comes 10 times a second"),
+    (_UR5, {"rate": "20 Hz", "watchdog": "19 Hz"}, ("watchdog", "60 Hz"), "never keep a watchdog of 60 Hz quiet"),
+    (_UR5, {"contact_force": "5 N"}, ("contact_force", "0.5 N"), "the noise of a ur5 passes 0.5 N"),
+    (_UR5, {"contact_force": "2 N", "force_filter": "1 s"}, ("force_filter", "0.1 s"), "the noise of a ur5 passes 2 N"),
+    (_UR5E, {"contact_force": "2 N"}, ("contact_force", "1 N"), "the noise of a ur5e passes 1 N"),
+    (_CAMERA, {"rate": "6 Hz", "lost_after": "170 ms"}, ("lost_after", "100 ms"), "frames that come 6 times a second"),
+    (
+        _SENSOR,
+        {"lost_after": "110 ms"},
+        ("lost_after", "100 ms"),
+        "asked for again after 100 ms, and lost after 100 ms",
+    ),
+]
+
+
+@pytest.mark.parametrize(("device", "works", "wrong", "said"), TIMES)
+def test_times_that_always_end_in_a_loss_and_noise_that_blocks_are_mistakes(tmp_path, device, works, wrong, said):
+    path = tmp_path / "cell.yaml"
+
+    def written(options):
+        path.write_text("format: stretch-cell/1\ndevices: " + json.dumps({"one": {**device, **options}}) + "\n")
+        return path
+
+    load_cell(written(works))
+    if wrong:
+        changed = dict(zip(wrong[::2], wrong[1::2], strict=True))
+        with pytest.raises(CellError, match=said) as caught:
+            load_cell(written({**works, **changed}))
+        assert [bool(one.hint) for one in caught.value.diagnostics] == [True]
+
+
 def test_every_mistake_is_reported_in_one_pass_and_in_order(folder):
     path = folder / "cell.yaml"
     path.write_text(

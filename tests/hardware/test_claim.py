@@ -10,11 +10,13 @@ from contextlib import suppress
 import pytest
 
 from stretch_bt.errors import DeviceLost, NotReady
+from stretch_bt.hardware import examine
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.claim import Claim, claims_folder
 from stretch_bt.hardware.examine import halt
 from stretch_bt.hardware.implementations import driver_class
+from stretch_bt.hardware.robotiq.gripper import RobotiqGripper
 
 PLACE = "the gripper at 127.0.0.1 port 1"
 #: takes a place and says so, and ends with its input
@@ -25,7 +27,8 @@ with Claim("other", sys.argv[1]):
     print("has it", flush=True)
     sys.stdin.read()
 """
-GRIPPERS = ("robotiq-rtu", "urcap")
+NETWORK = ("robotiq-rtu", "urcap")
+GRIPPERS = (*NETWORK, "robotiq-serial")
 
 
 @pytest.fixture(autouse=True)
@@ -210,7 +213,7 @@ def test_an_arm_that_another_program_has_is_not_begun(make_cell, clock):
     assert first.devices["arm"].state == "ready"
 
 
-@pytest.mark.parametrize("kind", GRIPPERS)
+@pytest.mark.parametrize("kind", NETWORK)
 def test_a_halt_from_outside_holds_fingers_that_a_run_moves(make_cell, clock, kind):
     cell = make_cell(kind)
     cell.devices["gripper"].move(0.080, speed=0.050, owner="a")
@@ -222,12 +225,38 @@ def test_a_halt_from_outside_holds_fingers_that_a_run_moves(make_cell, clock, ki
     assert cell.stand_in.state()["opening"] < 0.075
 
 
+def test_a_halt_cannot_have_a_serial_line_beside_a_run_and_names_who_has_it(make_cell, monkeypatch):
+    cell = make_cell("robotiq-serial")
+    monkeypatch.setattr(examine, "_LETTING_GO", 0.0)
+    (found,) = halt(cell.spec)
+    assert not found.ok
+    assert "press the emergency stop" in found.fix
+    assert "the gripper on /dev/pts/" in found.fix
+    assert "this program has it open already" in found.fix
+
+
+def test_a_halt_has_a_serial_line_as_soon_as_a_run_lets_go_of_it(make_cell, monkeypatch):
+    cell, opened = make_cell("robotiq-serial"), []
+
+    def wire(driver):
+        if opened:
+            cell.close()
+        opened.append(driver)
+        return made(driver)
+
+    made = RobotiqGripper._wire
+    monkeypatch.setattr(RobotiqGripper, "_wire", wire)
+    (found,) = halt(cell.spec)
+    assert found.ok, found
+    assert len(opened) == 2
+
+
 @pytest.mark.parametrize("kind", GRIPPERS)
 def test_a_second_cell_with_the_gripper_is_refused_and_stops_nothing(make_cell, clock, advance, kind):
     first = make_cell(kind)
     motion = first.devices["gripper"].move(0.080, speed=0.050, owner="a")
     clock.time += 0.1
-    with pytest.raises(NotReady, match=r"gripper: the gripper at .* is not to be had: this program has it"):
+    with pytest.raises(NotReady, match=r"gripper: the gripper (at|on) .* is not to be had: this program has it"):
         open_cell(first.spec, now=clock)
     assert first.stand_in.state()["moving"]
     assert advance(motion) == "done"

@@ -14,7 +14,8 @@ from waiting import eventually
 from stretch_bt.hardware.emulators.modbus import crc16
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.urcap import UrcapStandIn
+from stretch_bt.hardware.emulators.urcap import QUESTIONS, UrcapStandIn
+from stretch_bt.hardware.robotiq.registers import Found
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire
 
 STATUS, COMMAND = 2000, 1000
@@ -163,7 +164,8 @@ def test_variables_of_the_urcap_are_set_together_and_confirmed_without_an_end_of
             assert asked(connection, f"SET {line}") == b"ack"
         eventually(lambda: asked(connection, "GET STA") == b"STA 3\n")
         assert asked(connection, "SET POS 120 SPE 255 FOR 7 GTO 1") == b"ack"
-        eventually(lambda: asked(connection, "GET OBJ") == b"OBJ 3\n")
+        for last in ("PRE 120", "OBJ 3"):  # before the echo OBJ is of the command before
+            eventually(lambda: asked(connection, f"GET {last[:3]}") == f"{last}\n".encode())  # noqa: B023
         told = {
             "ACT": 1,
             "GTO": 1,
@@ -179,6 +181,27 @@ def test_variables_of_the_urcap_are_set_together_and_confirmed_without_an_end_of
         }
         for name, value in told.items():
             assert asked(connection, f"GET {name}") == f"{name} {value}\n".encode()
+
+
+@pytest.mark.parametrize("asked_before", range(QUESTIONS))
+def test_the_end_of_the_motion_before_is_never_taken_for_the_end_of_this_one(asked_before):
+    """Whenever the URCap asks the gripper between the command and an answer; the fingers stand, as by their clock."""
+    clock = [0.0]
+    stand_in = UrcapStandIn("127.0.0.1", Stage(now=lambda: clock[0]), {"urcap": 0})
+    stand_in.activated()
+    host, _, port = stand_in.start()["urcap"].partition(":")
+    wire = UrcapWire(host, int(port), PATIENCE)
+    wire.go(100, 255, 255)
+    clock[0] += 5.0
+    assert (wire.read().echo, wire.read().found) == (100, Found.ARRIVED)
+    for _ in range(asked_before):
+        stand_in._reply("GET POS")
+    wire.go(200, 255, 255)
+    said = [wire.read() for _ in range(3)]
+    wire.close()
+    stand_in.stop()
+    assert all(one.found is Found.MOVING for one in said if one.echo == 200)
+    assert said[-1].echo == 200
 
 
 def test_variables_that_are_asked_for_together_are_answered_together(served):

@@ -7,6 +7,7 @@ import pytest
 from waiting import LIMIT, eventually
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, MissingExtra, NotReady
+from stretch_bt.hardware.emulators import urcap
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.line import LINE_FAULTS
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
@@ -226,6 +227,7 @@ def test_an_object_blocks_the_fingers_either_way(make_cell, advance, kind):
     cell.stand_in.inject("object", {"opening": 0.08})
     assert advance(gripper.move(0.12, speed=0.1, owner="a")) is MotionState.BLOCKED
     assert gripper.opening(1.0).value == pytest.approx(0.08, abs=0.0007)
+    assert not cell.stand_in.model.command.go, "they would go on once nothing is in their way"
     cell.stand_in.clear("object")
     assert advance(gripper.move(0.12, speed=0.1, owner="a")) is MotionState.DONE
     cell.stand_in.inject("object", {"opening": 0.09})
@@ -281,8 +283,9 @@ def test_nothing_moves_on_open_and_an_inactive_gripper_says_how_to_activate_it(m
         gripper.move(0.08, speed=0.05, owner="a")
     assert not cell.stand_in.state()["moving"]
     motion = gripper.activate(owner="b")
-    clock.time += 0.1
-    assert motion.poll() is MotionState.MOVING
+    for _ in range(2):  # the reset, and the activation once that is shown
+        clock.time += 0.1
+        assert motion.poll() is MotionState.MOVING
     with pytest.raises(NotReady, match="being activated"):
         gripper.move(0.08, speed=0.05, owner="a")
 
@@ -298,6 +301,47 @@ def test_an_activation_can_be_broken_off(make_cell, clock, kind):
     clock.time += 0.2
     assert not cell.stand_in.state()["moving"]
     assert not gripper.driver.status().ready
+
+
+def test_an_activation_whose_begin_is_not_shown_yet_can_be_broken_off(make_cell, clock, monkeypatch):
+    cell = make_cell("urcap")
+    monkeypatch.setattr(urcap, "QUESTIONS", 10**9)  # what it shows changes with the clock alone
+    gripper = cell.devices["gripper"]
+    gripper.activate(owner="a")
+    clock.time += 0.1
+    assert cell.stand_in.state()["moving"]
+    gripper.stop()
+    assert not cell.stand_in.model.command.activate
+    clock.time += 1.0
+    assert not cell.stand_in.state()["moving"]
+
+
+def test_an_activation_ends_an_automatic_release(make_cell, clock, advance):
+    cell = make_cell("urcap")
+    gripper = cell.devices["gripper"]
+    cell.stand_in._reply("SET ATR 1")
+    clock.time += 20.0
+    with pytest.raises(DeviceFault, match=r"fault 0F: .*stretch-bt activate"):
+        gripper.move(0.08, speed=0.05, owner="a")
+    gripper.close()
+    gripper.open()
+    assert advance(gripper.activate(owner="a")) is MotionState.DONE
+    assert advance(gripper.move(0.08, speed=0.15, owner="a")) is MotionState.DONE
+
+
+@pytest.mark.parametrize("questions", range(1, 11))
+def test_a_fault_that_the_command_clears_does_not_end_the_motion(make_cell, clock, advance, monkeypatch, questions):
+    """However long the URCap shows it."""
+    monkeypatch.setattr(urcap, "QUESTIONS", questions)
+    cell = make_cell("urcap")
+    cell.stand_in.model._fault = 0x09
+    clock.time += 0.1
+    gripper = cell.devices["gripper"]
+    motion = gripper.move(0.08, speed=0.15, owner="a")
+    for _ in range(3):
+        gripper.driver.status()
+        assert motion.poll() is MotionState.MOVING
+    assert advance(motion) is MotionState.DONE
 
 
 def test_slower_than_the_gripper_can_it_is_led(make_cell, clock, advance):

@@ -43,7 +43,7 @@ SIX = st.tuples(*[st.floats(-1e9, 1e9)] * 6)
 MESSAGES = st.one_of(
     st.builds(Beat, st.none() | st.floats(-1, 1), st.floats(0, 1e9)),
     st.builds(Follow, st.integers(0, 1 << 60), st.lists(SIX, max_size=4).map(tuple), st.floats(0.01, 1)),
-    st.builds(Engaged, st.integers(0, 1 << 60), st.none() | st.text(st.characters(codec="utf-8"))),
+    st.builds(Engaged, st.integers(0, 1 << 60), st.none() | st.text(st.characters(codec="utf-8")), st.booleans()),
     st.builds(ArmState, st.floats(0, 1e9), st.integers(0), SIX, SIX, SIX, SIX, st.booleans()),
 )
 

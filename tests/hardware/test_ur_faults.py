@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from stretch_bt.hardware.emulators.ur.force_noise import CB3, NoisyForce
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.examine import doctor
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
+from stretch_bt.hardware.ur.arm_process import ArmProcess
 
 #: of the cell, so that faults come soon; a machine that is too busy for them makes faults of its own, after which a test goes on
 DEADLINES = {"watchdog": "2.5 Hz", "lost_after": "400 ms", "heartbeat": "500 ms", "unwatched": "1 s"}
@@ -252,6 +254,22 @@ def test_a_controller_that_cannot_be_moved_is_not_opened(
     state = behind.state()
     assert not state["moving"]
     assert (state["safety"] == "PROTECTIVE_STOP") is ("protective" in said)
+
+
+def test_a_program_that_somebody_begins_as_the_arm_opens_goes_on(stand_in, live_cell, clock, monkeypatch):
+    behind, _ = stand_in("ur")
+    behind.controller.load(iter(lambda: None, 0), 0.0)
+    eventually(lambda: behind.controller.running)
+    latest = ArmProcess.latest
+
+    def before(process):
+        sample = latest(process)
+        return replace(sample, value=replace(sample.value, program=False))
+
+    monkeypatch.setattr(ArmProcess, "latest", before)
+    with pytest.raises(DeviceFault, match="runs a program"):
+        open_cell(load_cell(live_cell("ur", "rtde", behind.host)), now=clock)
+    assert behind.controller.running, behind.state()["events"]
 
 
 def test_a_newer_controller_has_to_be_in_remote_control(stand_in, live_cell, clock):

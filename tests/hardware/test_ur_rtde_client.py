@@ -137,6 +137,23 @@ def test_polyscope_x_is_known_and_told(polyscope_x, behind):
     assert "PolyScope X" not in options_at("127.0.0.251").halt("arm").detail
 
 
+@pytest.mark.parametrize("version", [(3, 9), (3, 11), (3, 12), (3, 15), (5, 3), (5, 5), (5, 6), (5, 11)])
+@pytest.mark.parametrize("model", ["ur5", "ur5e"])
+def test_a_controller_is_held_against_its_model_at_every_version(own_hosts, monkeypatch, version, model):
+    """Below 3.12 and 5.6 its dashboard does not know which model it is of."""
+    kind = Ur5eStandIn if version[0] == 5 else Ur5StandIn
+    monkeypatch.setattr(kind, "PROFILE", kind.PROFILE._replace(version=(*version, 1, 64192)))
+    made = kind(next(own_hosts), Stage())
+    made.start()
+    try:
+        options = options_at(made.host).model_copy(update={"model": model})
+        [found] = [one for one in look("arm", options, Limits()) if one.check == "arm: controller"]
+    finally:
+        made.stop()
+    assert found.ok is (model == kind.MODEL), found
+    assert "could not understand" not in found.detail
+
+
 def test_an_arm_with_polyscope_x_is_not_opened(polyscope_x, live_cell):
     spec = load_cell(live_cell("ur", "rtde", polyscope_x))
     with pytest.raises(DeviceLost, match="PolyScope X, which is not supported; use a UR5 with PolyScope 3"):

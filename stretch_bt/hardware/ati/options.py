@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.ati.rdt import PORT
-from stretch_bt.hardware.driver import Options
+from stretch_bt.hardware.driver import Mistake, Options
 from stretch_bt.units import Angle, Time, Within
 
 __all__ = ["AtiOptions"]
@@ -64,3 +66,9 @@ class AtiOptions(Options):
     zero_over: Annotated[Time, Within(0.0, 5.0, "Time")] = Field(
         default=0.1, description="duration of the latest measurements that `zero` averages"
     )
+
+    def mistakes(self, root: Path) -> Iterator[Mistake]:
+        """Yield a sensor that is lost before its stream is asked for again."""
+        if self.silence >= self.lost_after:
+            told = f"the stream is asked for again after {1e3 * self.silence:g} ms, and lost after {1e3 * self.lost_after:g} ms"
+            yield "silence", told, "write a `silence` of at most half of `lost_after`"

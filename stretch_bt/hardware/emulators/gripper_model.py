@@ -108,7 +108,7 @@ class GripperModel:
         before, self._command = self._command, command
         if not command.activate:
             self._reset()
-        elif not before.activate:
+        elif not before.activate and not command.release:
             self._activate()
         elif self._stage_of is Stage.ACTIVATING:
             self._fault = 0x05 if command.go else self._fault

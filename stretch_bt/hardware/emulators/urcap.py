@@ -1,4 +1,7 @@
-"""A stand-in for the socket of Robotiq's URCap on a robot's controller."""
+"""A stand-in for the socket of Robotiq's URCap on a robot's controller.
+
+It confirms what is set at once, and shows what the gripper makes of it only once it has asked the gripper again.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,12 @@ from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, batches
-from stretch_bt.hardware.robotiq.registers import Command
+from stretch_bt.hardware.robotiq.registers import Command, Status
 
-__all__ = ["UrcapStandIn", "parse_line"]
+__all__ = ["CYCLE", "QUESTIONS", "UrcapStandIn", "parse_line"]
 
+#: how long it shows what it asked the gripper last, s, and for how many questions at most, because a clock may stand
+CYCLE, QUESTIONS = 0.020, 10
 _PAIR = re.compile(r"([A-Z]{3}) (\d{1,3})")
 _LONGEST = 1024
 _UNKNOWN = "?\n"
@@ -62,6 +67,8 @@ class UrcapStandIn(GripperStandIn):
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._last = Command(activate=False)
+        self._shown: Status | None = None
+        self._shown_at, self._questions = 0.0, 0
 
     def start(self) -> dict[str, str]:
         """Open the port."""
@@ -71,6 +78,7 @@ class UrcapStandIn(GripperStandIn):
 
     def _serve(self, connection: socket.socket) -> None:
         line = Line(self.faults, connection.sendall)
+        self._shown = None
         for asked in batches(connection, _LONGEST):
             line.answer("".join(self._reply(text.decode("ascii", "replace")) for text in asked).encode())
 
@@ -84,7 +92,7 @@ class UrcapStandIn(GripperStandIn):
             return self._get(next(iter(values))) if verb == "GET" else self._set(values)
 
     def _get(self, name: str) -> str:
-        status = self.model.read()
+        status = self._status()
         value = {
             "ACT": int(status.activated),
             "GTO": int(status.going),
@@ -103,6 +111,14 @@ class UrcapStandIn(GripperStandIn):
         if value is None:
             return _UNKNOWN
         return f"{name} ?\n" if self.faults.take("nothing") is not None else f"{name} {value}\n"
+
+    def _status(self) -> Status:
+        """Return what it asked the gripper last, and ask again where that is old."""
+        now = self.stage.now()
+        self._questions += 1
+        if self._shown is None or now - self._shown_at >= CYCLE or self._questions > QUESTIONS:
+            self._shown, self._shown_at, self._questions = self.model.read(), now, 1
+        return self._shown
 
     def _set(self, values: Mapping[str, int]) -> str:
         fields = {_SET[name][0]: value for name, value in values.items() if _SET[name][0] is not None}

@@ -80,6 +80,9 @@ class RealsenseOptions(Options):
         return f"the recording {self.file}" if self.file is not None else f"{self.host} port {self.port}"
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
-        """Yield that the recording is not there."""
+        """Yield that the recording is not there, and that a camera is lost between two of its frames."""
         if self.file is not None:
             yield from missing_file(root, "file", self.file)
+        if self.serial is not None and self.lost_after <= 1 / self.rate:
+            told = f"frames that come {self.rate:g} times a second are {1e3 / self.rate:.4g} ms apart"
+            yield "lost_after", told, f"write more than {1e3 / self.rate:.4g} ms, or a higher `rate`"

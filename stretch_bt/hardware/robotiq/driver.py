@@ -10,7 +10,7 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInpu
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
-from stretch_bt.hardware.robotiq.registers import Stage, Status
+from stretch_bt.hardware.robotiq.registers import PASSING, Stage, Status
 from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
@@ -18,8 +18,6 @@ from stretch_bt.hardware.wire_thread import Sample, WireThread
 
 __all__ = ["RobotiqDriver"]
 
-#: faults that the next command clears
-_PASSING = (0x05, 0x07, 0x09)
 #: connecting and asking, twice each, and that once more for a command of two exchanges
 _EXCHANGES = 8
 #: periods of polling without an answer after which it is lost at the earliest
@@ -93,8 +91,11 @@ class RobotiqDriver(GripperDriver, ABC):
         task = self._task
 
         def hold(wire: ScreenedWire) -> None:
-            self._task = None  # here, so that a motion that was about to begin does not come after it
-            _hold(wire)
+            activating, self._task = (
+                self._activating,
+                None,
+            )  # here, so that a motion that was about to begin does not come after it
+            _hold(wire, activating)
 
         try:
             self._attendant.do(hold)
@@ -152,6 +153,10 @@ class RobotiqDriver(GripperDriver, ABC):
             raise NotReady(self.name, "the device is closed")
         return self._attendant
 
+    @property
+    def _activating(self) -> bool:
+        return isinstance(self._task, Activation) and not self._task.over
+
     def _measured(self, status: Status) -> float:
         return self.options.calibration.opening(status.position)
 
@@ -170,7 +175,7 @@ class RobotiqDriver(GripperDriver, ABC):
     def _check_ready(self, status: Status) -> None:
         """Raise unless the gripper takes motions; faults that the next command clears do not keep it from one."""
         fault = fault_in(self.name, status)
-        if fault is not None and status.fault not in _PASSING:
+        if fault is not None and status.fault not in PASSING:
             raise fault
         if not status.ready:
             state = "is being activated" if status.stage is Stage.ACTIVATING else "is not activated"
@@ -224,29 +229,33 @@ class RobotiqDriver(GripperDriver, ABC):
             task.after(wire, status, sample.time)
             unwatched = time.monotonic() - self._watched
             if not task.over and unwatched > self.cell.limits.unwatched:
+                activating = self._activating
                 self._event = task.fault = DeviceFault(self.name, UNWATCHED.format(unwatched))
-                _hold(wire)
+                _hold(wire, activating)
 
     def _news(self, status: Status) -> DeviceFault | None:
         """Return what went wrong between the status before and this one."""
         known = self._known
         if known is None:
             return None
-        if status.fault not in (0, known.fault, *_PASSING):
+        if status.fault not in (0, known.fault, *PASSING):
             return fault_in(self.name, status)
         return lost_activation(self.name) if known.ready and not status.ready else None
 
     def _hold_at_loss(self, wire: ScreenedWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""
         if self._moved:
-            _hold(wire)
+            _hold(wire, self._activating)
             self._held_at_loss = True
 
 
-def _hold(wire: ScreenedWire) -> None:
-    """Hold the fingers, whatever they say of their position; to an inactive gripper nothing is written, because that would activate it."""
+def _hold(wire: ScreenedWire, activating: bool) -> None:
+    """Hold the fingers, whatever they say of their position; to an inactive gripper nothing is written, because that would activate it.
+
+    An activation of our own is broken off whatever the gripper says: it may not say yet that it has begun.
+    """
     status = wire.bare.read()
-    if status.ready:
-        wire.hold(status)
-    elif status.stage is Stage.ACTIVATING:
+    if activating or status.stage is Stage.ACTIVATING:
         wire.reset()
+    elif status.ready:
+        wire.hold(status)

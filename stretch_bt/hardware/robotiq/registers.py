@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["FAULTS", "READ_FROM", "WRITE_TO", "Command", "Fault", "Found", "Stage", "Status", "fault_of"]
+__all__ = ["FAULTS", "PASSING", "READ_FROM", "WRITE_TO", "Command", "Fault", "Found", "Stage", "Status", "fault_of"]
 
 WRITE_TO, READ_FROM, COUNT = 0x03E8, 0x07D0, 3
 
@@ -59,6 +59,10 @@ FAULTS: dict[int, Fault] = {
     0x0E: Fault("too much current", f"take the load off the fingers, then {_ACTIVATE}", True),
     0x0F: Fault("an automatic release was made", f"find out who asked for it, then {_ACTIVATE}", True),
 }
+
+
+#: faults that the next command clears
+PASSING = (0x05, 0x07, 0x09)
 
 
 def fault_of(code: int) -> Fault:

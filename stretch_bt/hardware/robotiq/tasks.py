@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
-from stretch_bt.hardware.robotiq.registers import Found, Stage, Status, fault_of
+from stretch_bt.hardware.robotiq.registers import PASSING, Found, Stage, Status, fault_of
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
 __all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
@@ -100,16 +100,18 @@ class Journey(Task):
 
     def after(self, wire: GripperWire, status: Status, now: float) -> None:
         """Judge a status, and lead the fingers on."""
-        self.fault = fault_in(self._device, status) or (None if status.ready else lost_activation(self._device))
+        heard = status.going and status.echo == self._sent
+        self.fault = self._failed(status, heard)
         if self.fault is not None:
             return
         if status.position != self._position:
             self._position, self._progress = status.position, max(now, self._progress)
-        heard = status.going and status.echo == self._sent
         if heard and status.found is not Found.MOVING:
             self._arrived(status)
         if self._target.led and self._sent is not None and abs(status.position - self._sent) <= 1:
             self._progress = now  # they wait for the next count
+        if self.state is MotionState.BLOCKED:
+            wire.hold(status)  # else they would go on, and nobody looks, once nothing is in their way
         if self.over:
             return
         due = self._due(now)
@@ -117,6 +119,12 @@ class Journey(Task):
             self.fault = self._stuck(status, heard)
         elif due != self._sent:
             self._send(wire, due)
+
+    def _failed(self, status: Status, heard: bool) -> DeviceFault | None:
+        """Return what keeps the gripper from the motion; what its command clears counts once that is heard."""
+        if status.fault in PASSING and not heard:
+            return None
+        return fault_in(self._device, status) or (None if status.ready else lost_activation(self._device))
 
     def _arrived(self, status: Status) -> None:
         near = abs(self._opening(status.position) - self._target.opening) <= self._tolerance

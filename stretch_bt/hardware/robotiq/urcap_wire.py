@@ -20,7 +20,8 @@ _TRIES = 2
 _VALUE = re.compile(rb"([A-Z]{3}) ?(\d{1,3}|\?)")
 _LONGEST = 256
 _ACK = b"ack"
-_ASKED = ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")
+#: a command is confirmed before the gripper has it: what says that it has (GTO, PRE) comes before what it says of it (FLT, OBJ, POS)
+_ASKED = ("ACT", "STA", "GTO", "PRE", "FLT", "OBJ", "POS")
 _RANGES = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 
 
@@ -94,9 +95,9 @@ class UrcapWire:
         self._set("GTO 0")
 
     def reset(self) -> None:
-        """Clear faults and activation."""
-        self._set("GTO 0")
-        self._set("ACT 0")
+        """Clear faults and activation, and an automatic release, which would begin anew with the next activation."""
+        for variable in ("GTO", "ACT", "ATR"):
+            self._set(f"{variable} 0")
 
     def activate(self) -> None:
         """Begin the activation."""

@@ -93,6 +93,7 @@ class ArmProcess:
         self._beginning = self._ours = not self.latest().value.program
         answer = self.supervisor.ask(Engage(self.supervisor.number()), _ENGAGING, quiet=True)
         assert isinstance(answer, Engaged)
+        self._ours = self._ours and answer.begun  # a program that began since we looked is somebody else's
         self._beginning = False
         return answer.reason
 

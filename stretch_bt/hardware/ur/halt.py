@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["halt"]
 
-_PLAYING = 2
+#: `runtime_state` while a program ends, and where there is none; any other one, paused too, goes on by itself or by the play button
+_ENDED, _PLAYING = (0, 1), 2
 #: speed of a joint, rad/s, under which the arm stands: a target, so that it has no noise
 _STANDS = 1e-4
 #: time within which a program that is stopped must have ended and the arm stand, s
@@ -31,12 +32,16 @@ _PENDANT = "stop it at the pendant, or press the emergency stop"
 
 @dataclass(frozen=True)
 class _State:
-    """How a controller stands: speed of the tool, m/s, whether a joint turns, whether a program runs, and what the script would write."""
+    """How a controller stands: speed of the tool, m/s, whether a joint turns, state of the program, and what the script would write."""
 
     speed: float
     turns: bool
-    running: bool
+    program: int
     sign: int
+
+    @property
+    def running(self) -> bool:
+        return self.program not in _ENDED
 
     @property
     def ended(self) -> bool:
@@ -63,7 +68,7 @@ def halt(name: str, options: UrOptions) -> Finding:
         client = _client(options, first) if state.sign in (_READY, _DONE) else None
         if client is None:
             program = ask_dashboard(options.host, ["programState"], _ENDING)[0]
-            return Finding(name, False, f"a program that is not ours runs ({program}); it was not stopped", _PENDANT)
+            return Finding(name, False, f"{_stranger(state)} ({program}); it was not stopped", _PENDANT)
         begun = time.monotonic()
         answer = ask_dashboard(options.host, ["stop"], _ENDING)[0]
         while not (now := _state(options, first)).ended:
@@ -73,6 +78,12 @@ def halt(name: str, options: UrOptions) -> Finding:
     except OSError as error:
         fix = "press the emergency stop where the arm moves; then check cable and address"
         return Finding(name, False, f"{options.host} does not answer ({error})", fix)
+
+
+def _stranger(state: _State) -> str:
+    if state.program == _PLAYING:
+        return "a program that is not ours runs"
+    return "a program is held, and no client that has it shows that it is ours"
 
 
 def _stopped(before: _State, client: str, seconds: float) -> str:
@@ -87,10 +98,10 @@ def _goes_on(now: _State, answer: str) -> str:
 
 def _state(options: UrOptions, first: int) -> _State:
     with Rtde(options.host) as controller:
-        running, speed, turning, sign = controller.read(
+        program, speed, turning, sign = controller.read(
             ["runtime_state", "target_TCP_speed", "target_qd", f"output_int_register_{first}"]
         )
-    return _State(math.hypot(*speed[:3]), max(map(abs, turning)) > _STANDS, running == _PLAYING, sign)
+    return _State(math.hypot(*speed[:3]), max(map(abs, turning)) > _STANDS, program, sign)
 
 
 def _client(options: UrOptions, first: int) -> str | None:

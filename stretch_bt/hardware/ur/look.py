@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 import socket
 from collections.abc import Iterator
 
@@ -15,7 +14,7 @@ from stretch_bt.hardware.ur.dashboard import ask_dashboard
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.rtde import Rtde
-from stretch_bt.hardware.ur.version import TOO_NEW, is_polyscope_x
+from stretch_bt.hardware.ur.version import TOO_NEW, has_model, is_polyscope_x, major_minor
 
 __all__ = ["look"]
 
@@ -58,9 +57,10 @@ def _controller(name: str, options: UrOptions) -> Finding:
         )
     except OSError as error:
         return Finding(check, False, f"its dashboard does not answer ({error})", "restart the controller")
-    detail = "; ".join((version, model, mode, safety))
-    e_series = (number := re.search(r"\d+", version)) is not None and int(number.group()) >= 5
-    if "UR5" not in model.upper() or e_series != options.model.endswith("e"):
+    number = major_minor(version)
+    known = [model] if has_model(number) else []
+    detail = "; ".join((version, *known, mode, safety))
+    if not all("UR5" in name.upper() for name in known) or (number[0] >= 5) != options.model.endswith("e"):
         return Finding(check, False, detail, f"the cell file says {options.model}: write the `model` of this robot")
     if not mode.endswith("RUNNING"):
         return Finding(check, False, detail, "switch power and brakes on at the pendant")

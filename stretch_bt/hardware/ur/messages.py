@@ -88,9 +88,10 @@ class Engage(Request):
 
 @dataclass(frozen=True, slots=True)
 class Engaged(Answer):
-    """From the process: the arm is ready, or why it is not."""
+    """From the process: the arm is ready, or why it is not, and whether a program of ours may have been begun for that."""
 
     reason: str | None
+    begun: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.address import Address
-from stretch_bt.hardware.driver import CellContext, Options
+from stretch_bt.hardware.driver import CellContext, Mistake, Options
 from stretch_bt.hardware.finding import Finding
+from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.peak_force import Stopping
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, sample_limit
@@ -27,6 +30,8 @@ _Rate = Annotated[float, KINDS["Frequency"], Within(10.0, 500.0, "Frequency")]
 _CONTROLLER = {"ur5": 125.0, "ur5e": 500.0}
 #: time in which the client hands a stop to the control script, s: median of a command on loopback
 _HANDSHAKE = 0.004
+#: periods of `rate` for which news may not be seen while all is well: one until it comes, one until it is looked at
+_NEWS = 2
 _Watchdog = Annotated[float, KINDS["Frequency"], Within(1.0, 60.0, "Frequency")]
 
 
@@ -123,6 +128,27 @@ class UrOptions(Options):
     heartbeat: Annotated[Time, Within(0.1, 5.0, "Time")] = Field(
         default=0.5, description="time without a sign of life from the run after which the arm is stopped"
     )
+
+    def mistakes(self, root: Path) -> Iterator[Mistake]:
+        """Yield deadlines that pass between two cycles, and a contact that noise makes."""
+        cycles, least = _CONTROLLER[self.model], least_limit(self.force_noise(), self._force_filter)
+        if self.rate > cycles:
+            yield (
+                "rate",
+                f"a {self.model} has {cycles:g} cycles a second, not {self.rate:g}",
+                f"write {cycles:g} Hz or less",
+            )
+        if self.lost_after < _NEWS / self.rate:
+            told = f"news that comes {self.rate:g} times a second is looked at {1e3 * _NEWS / self.rate:.4g} ms later at worst"
+            yield "lost_after", told, f"write {math.ceil(1e3 * _NEWS / self.rate)} ms or more, or a higher `rate`"
+        if self.watchdog >= self.rate:
+            told = (
+                f"commands that come {self.rate:g} times a second never keep a watchdog of {self.watchdog:g} Hz quiet"
+            )
+            yield "watchdog", told, f"write less than {self.rate:g} Hz, such as 5 Hz"
+        if self.contact_force is not None and self.contact_force < least:
+            told = f"the noise of a {self.model} passes {self.contact_force:g} N with nothing in the way"
+            yield "contact_force", told, f"write {math.ceil(least)} N or more, or a longer `force_filter`"
 
     def halt(self, name: str) -> Finding:
         """Stop the control script by the dashboard: the driver would begin one of its own."""

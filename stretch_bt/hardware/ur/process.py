@@ -99,7 +99,7 @@ class ArmKeeper:
             case Brake():
                 self._brake()
             case MakeReady(number):
-                self._engaged = Engaged(number, self._make_ready())
+                self._engaged = Engaged(number, self._make_ready(), self._session.begun)
             case Leave():
                 raise ChannelClosed("asked to end")
             case GiveUp(reason):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,7 +14,7 @@ from stretch_bt.hardware.ur.guard import Measured
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.lifelines import Lifelines
 from stretch_bt.hardware.ur.messages import Settings, Six
-from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x
+from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x, major_minor
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface
@@ -71,6 +70,8 @@ class Session:
         self._receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
         lifelines.hold("reads")
         self._control: RTDEControlInterface | None = None
+        #: whether a program of ours may have been begun
+        self.begun = False
 
     def measure(self, after: float) -> Measured | None:
         """Return the latest measurement, unless its time is `after`, s of the controller; raises OSError once the connection is lost."""
@@ -149,6 +150,7 @@ class Session:
             raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
         upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
         flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
+        self.begun = True
         try:
             self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
         except Exception as error:  # what it throws depends on the controller: all of it means that it cannot be had
@@ -193,7 +195,7 @@ def _version(host: str) -> tuple[int, ...]:
         if isinstance(error, ConnectionRefusedError) and is_polyscope_x(host):
             raise OSError(TOO_NEW) from error
         raise
-    return tuple(int(number) for number in (*re.findall(r"\d+", answer), 0, 0)[:2])
+    return major_minor(answer)
 
 
 def _until(ask: Callable[[], bool], seconds: float) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from stretch_bt.hardware.emulators.faults import Faults
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
 from stretch_bt.hardware.emulators.ur.controller import Controller
+from stretch_bt.hardware.ur.version import has_model
 
 __all__ = ["Dashboard"]
 
@@ -33,7 +34,6 @@ class Dashboard:
         c = controller
         self._answers: dict[str, Callable[[], str]] = {
             "polyscopeversion": self._version,
-            "get robot model": lambda: c.profile.model,
             "get serial number": lambda: c.profile.serial,
             "robotmode": lambda: f"Robotmode: {_MODES[c.robot_mode]}",
             "safetymode": lambda: f"Safetymode: {c.safety.name}",
@@ -53,6 +53,7 @@ class Dashboard:
             "close safety popup": lambda: "closing safety popup",
             "close popup": lambda: "closing popup",
             "restart safety": lambda: "Restarting safety",
+            **({"get robot model": lambda: c.profile.model} if has_model(c.profile.version[:2]) else {}),
             **(self._newer() if c.profile.e_series else {"getuserrole": lambda: self._role}),
         }
         #: commands with words behind them
