@@ -9,7 +9,10 @@ from stretch_bt.units import Estimate, Force, Length
 
 @node
 class ChooseStretch(ModelBehavior):
-    """Find the stretch that gives the wanted force at a depth, or the nearest one; FAILURE when none gives it and no nearest is wanted."""
+    """Find the stretch that gives the wanted force at a depth, or the nearest one; FAILURE when none gives it and no nearest is wanted.
+
+    FAILURE as well where the model does not cover radius, depth or `max_stretch`.
+    """
 
     radius: In[Length] = port(min=0.001, max=1.0, doc="radius of the sphere in contact")
     depth: In[Length] = port(min=0.0, doc="depth of the membrane")

@@ -100,15 +100,24 @@ def _check_names(name: str, modules: Mapping[Path, str]) -> None:
 
 def _check_node(name: str) -> None:
     """Raise InvalidInput where trees write something else by this name."""
-    from stretch_bt.tree.flow import CONSTRUCTS
-    from stretch_bt.tree.registry import load_all, snake_case
+    from stretch_bt.tree.registry import snake_case
 
     if (made := snake_case(_title(name))) != name:
         raise InvalidInput(
-            f"its class, {_title(name)}, would be the node {made!r}, not {name!r}; choose another name, such as {made}"
+            f"its class, {_title(name)}, would be the node {made!r}, not {name!r}; choose another name, such as {_free(made)}"
         )
-    if name in load_all() or name in CONSTRUCTS:
-        raise InvalidInput(f"trees write something else by {name!r} already; choose another name, such as my_{name}")
+    if _free(name) != name:
+        raise InvalidInput(
+            f"trees write something else by {name!r} already; choose another name, such as {_free(name)}"
+        )
+
+
+def _free(name: str) -> str:
+    """Return a name, or one like it where trees write something else by it."""
+    from stretch_bt.tree.flow import CONSTRUCTS
+    from stretch_bt.tree.registry import load_all
+
+    return f"my_{name}" if name in load_all() or name in CONSTRUCTS else name
 
 
 def _bound(text: str) -> list[str]:

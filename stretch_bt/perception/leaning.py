@@ -36,6 +36,10 @@ MOST = 2_500  # means, enough to fit a plane well
 SAME = 0.005  # share of the means that still change where it has settled
 CLEARLY = 3.0  # standard deviations of a lean, and of a bend
 BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
+ABOVE, OTHERS = (
+    3.0,
+    0.02,
+)  # times the bound beside a plane, and share of the contact so far above it that another body stands there
 SLIGHT = 0.25  # bend over the rise of a face, below which it is its rim's
 STEEPEST = math.tan(
     math.radians(10.0)
@@ -110,6 +114,8 @@ def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estima
     mask, plane, done = face
     apart, clear = _apart(top, seen, mask, plane)
     unseen = OFF_UNCLEAR * abs(apart)
+    if _stands_out(seen, plane):
+        return Lean(None, 0.0)
     if not _is_held(seen, mask) or _is_bent(points, seen, mask, plane.slope, noise):
         return Lean(None, unseen)
     n = int(np.count_nonzero(mask)) * seen.every**2
@@ -141,6 +147,12 @@ def _leaning(seen: _Seen, noise: NoiseSpectrum) -> tuple[MaskArray, _Plane, bool
 def _is_held(seen: _Seen, mask: MaskArray) -> bool:
     """Whether most of a contact lies in its plane."""
     return bool(np.count_nonzero(mask & seen.start) > HELD * np.count_nonzero(seen.start & seen.seen))
+
+
+def _stands_out(seen: _Seen, plane: _Plane) -> bool:
+    """Whether a part of the contact clearly stands above a plane, as another body does."""
+    above = (seen.mean - plane.at(seen.x, seen.y))[seen.start & seen.seen] > ABOVE * seen.beside
+    return bool(np.count_nonzero(above) > OTHERS * above.size)
 
 
 def _apart(top: Estimate, seen: _Seen, mask: MaskArray, plane: _Plane) -> tuple[float, bool]:
@@ -291,7 +303,7 @@ def _near(seen: _Seen, plane: _Plane, mask: MaskArray, beside: float, growth: in
 def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, slope: float, noise: NoiseSpectrum) -> bool:
     """Whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane.
 
-    A little noise shows that a rim rounds a face off; a bend that is slight beside the rise of its slope is no round top.
+    Where noise is low, the rim of a face shows as a bend, too: one that is slight beside the rise of the face is no round top.
     """
     places = seen.places.reshape(-1)[_inner(seen, mask)]
     cloud = points.reshape(-1, 3)[places].astype(np.float64).T

@@ -1,4 +1,4 @@
-"""Which of several bodies stand where the membrane can meet them: the others neither hold it up nor end its way down."""
+"""Whether a body stands where the membrane can meet it, and which of several do: the others neither hold it up nor end its way down."""
 
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ class World:
     """A scene and a hand over it.
 
     Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
-    matter; else `advance` takes it from moment to moment, and questions in between leave its memory alone. A shape that only a camera
-    sees starts from the one solved last at its place, by which it may differ by some 0.01 mm. The sheet is solved exactly, or
+    matter; else `advance` takes it from moment to moment, and questions in between leave its memory alone. The solver starts a shape that only
+    a camera sees from the one solved last at its place: by where it starts it may differ by some 0.01 mm. The sheet is solved exactly, or
     to `within`, a part of the force, or else with the settings that the advisor chose.
     """
 

@@ -35,7 +35,7 @@ def read_text(path: Path, name: str | None = None) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
+        line = len(lines_of(data[: error.start].decode("utf-8-sig")))
         refuse(file, "file-binary", f"byte {error.start} is not UTF-8 text", "save the file as UTF-8 text", line)
     if "\0" in text:
         line = len(lines_of(text[: text.index("\0")]))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import yaml
 
 from stretch_bt.errors import Diagnostic
+from stretch_bt.source.syntax import lines_of
 from stretch_bt.tree.registry import RESERVED, RETIRED
 
 __all__ = ["Respelt", "respell", "without_pair"]
@@ -179,8 +180,8 @@ def _params_named(text: str, file: str, left: list[Diagnostic]) -> str:
             word = re.match(r"\w+", text[match.end() :])
             name = word[0] if word else ""
             if name in taken:
-                line = text.count("\n", 0, match.start()) + 1
-                column = match.start() - text.rfind("\n", 0, match.start())
+                before = lines_of(text[: match.start()])
+                line, column = len(before), len(before[-1]) + 1
                 message = f"params.{name} would be {name!r}, which is the name of a key too"
                 left.append(
                     Diagnostic(

@@ -88,3 +88,15 @@ def test_a_face_whose_heights_are_all_one_count_is_told_within_a_count(stretch, 
     top = track_height(points, valid, classify(points, valid).labels)
     assert abs(top.value - depth) < 0.6e-3
     assert top.sd > 0.2e-3
+
+
+def test_a_body_that_stands_on_a_leaning_plate_is_the_highest():
+    """The plate's middle is no height of two bodies: with several, the highest counts."""
+    x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
+    u, v = x[None, :], y[:, None]
+    plate = 6e-3 + math.tan(math.radians(3)) * u + np.where((np.abs(u) < 18e-3) & (np.abs(v + 8e-3) < 18e-3), 0.0, -1.0)
+    peg = 10e-3 + np.where((np.abs(u) < 8e-3) & (np.abs(v - 26e-3) < 8e-3), 0.0, -1.0)
+    surface = Surface(viewed(x, y, relaxed(np.maximum(plate, peg), 4.0)), 10e-3)
+    for draw in range(4):
+        top = height(seen(surface, NOISES["white 0.3"], np.random.default_rng(draw)))
+        assert abs(top.value - surface.top) < max(4 * top.sd, 0.1e-3)

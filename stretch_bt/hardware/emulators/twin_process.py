@@ -174,8 +174,7 @@ class Solver:
         if self._solved is None:
             return True
         twin, (hand, stretch, last) = self.twin, self._solved
-        memory = twin.world.memory
-        if memory is not None and math.isfinite(memory) and at - last >= _CREEPING:
+        if not twin.world.specimen.timeless and at - last >= _CREEPING:
             return True
         return abs(twin.stretch(at) - stretch) > _STILL or twin.hand.at(at) != hand
 

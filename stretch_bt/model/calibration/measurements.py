@@ -19,7 +19,8 @@ Mask = npt.NDArray[np.bool_]
 
 _STUCK = 1e-9
 _FEWEST = 3
-_SAME = 9e-4  # m; two steps of a gripper, and less than what a protocol steps by
+# m: the step of a coarse gripper, which is less than what a protocol steps by, and how far a gripper stands off either way together
+_STEP, _SAME = 6.5e-4, 1.3e-3
 _DIGITS = 9
 _ROUNDING = 1e-9  # m
 
@@ -108,12 +109,12 @@ def forces(model: ForceModel, given: Measurements) -> Array:
 
 
 def _together(values: Array) -> Array:
-    """Return values, m, where those up to 0.9 mm above the least of a group are replaced by its mean: where a gripper stood."""
+    """Return values, m, where those that a gripper's step joins, 1.3 mm at most, are replaced by their mean: where it stood."""
     order = np.argsort(values)
-    group, first = np.zeros(len(values), int), values[order[0]]
+    group, first, last = np.zeros(len(values), int), values[order[0]], values[order[0]]
     for k, value in enumerate(values[order]):
-        begins = value - first > _SAME + _ROUNDING
-        first = value if begins else first
+        begins = value - last > _STEP or value - first > _SAME + _ROUNDING
+        first, last = value if begins else first, value
         group[k] = group[max(k - 1, 0)] + begins
     means = np.bincount(group, values[order]) / np.bincount(group)
     found = np.empty_like(values)

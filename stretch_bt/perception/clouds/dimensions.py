@@ -194,7 +194,10 @@ def _extent(cloud: Cloud, surface: Array, normals: Array, axis: Array) -> _Lengt
 
 def _floor_of_heights(cloud: Cloud) -> float:
     """Return the standard deviation, m, that all heights above the table share: the floor and the least of the other errors."""
-    return cloud.floor if cloud.apart is None else float(np.hypot(cloud.floor, cloud.apart.min()))
+    felt = (
+        None if cloud.apart is None else cloud.apart[cloud.seen > 0]
+    )  # points that were inferred have an error of their own
+    return cloud.floor if felt is None or not felt.size else float(np.hypot(cloud.floor, felt.min()))
 
 
 def _end(surface: Array, normals: Array, axis: Array) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 __all__ = ["Between"]
 
-_RATIO = 1.25  # ratio of one radius to the next; between them the force is within 0.1 % of a power of the radius
+_RATIO = 1.25  # ratio of one radius to the next; a power of it is within 0.1 % of the force between, but for the jumps of a mesh
 
 
 class Between:

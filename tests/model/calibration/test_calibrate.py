@@ -172,15 +172,16 @@ def table_of(stretches, diameters=(0.01, 0.02, 0.03)):
     ("measured", "groups"),
     [
         ((0.0, 0.001, 0.002), 3),
-        (tuple(np.arange(0.0, 0.0101, 5e-4)), 11),
+        (tuple(np.arange(0.0, 0.0101, 5e-4)), 7),
         ((0.0296, 0.03, 0.0304, 0.0596, 0.06), 2),
+        ((0.0294, 0.03, 0.0306), 1),
     ],
-    ids=["a millimetre apart", "a chain", "where a gripper stood"],
+    ids=["a millimetre apart", "a chain", "where a gripper stood", "where a coarse one stood"],
 )
 def test_stretches_are_one_where_a_gripper_stands_and_no_chain(measured, groups):
     given = Measurements.of(table_of(measured))
     assert len(np.unique(given.stretch)) == groups
-    assert np.abs(given.stretch - table_of(measured).stretch).max() < 5e-4
+    assert np.abs(given.stretch - table_of(measured).stretch).max() < 6.5e-4
 
 
 @pytest.mark.parametrize("diameter", [9, 13, 18, 26, 36, 43, 51, 52, 59])
