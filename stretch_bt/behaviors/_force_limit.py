@@ -53,10 +53,11 @@ class ForceLimit:
                 f"the arm's force is too noisy to hold a limit of {limit:g} N: it can hold {least:.2g} N or more; "
                 "declare a force sensor in the tree, or allow more force"
             )
-        self._window = (DEVIATIONS * noise / max(limit, least)) ** 2 if noise > 0 else 0.0
+        self._noise = DEVIATIONS * noise  # N s^0.5, that a mean over a time is held against
+        self._window = (self._noise / max(limit, least)) ** 2 if noise > 0 else 0.0
         self._held = max(limit, least)
         #: distance to the cell's own limit, N: a force that far below it does not pass it by the noise of single readings
-        self.margin = DEVIATIONS * noise / math.sqrt(SHORTEST)
+        self.margin = self._noise / math.sqrt(SHORTEST)
         self._readings: deque[Reading[Wrench]] = deque()
 
     def force(self) -> float:
@@ -65,17 +66,32 @@ class ForceLimit:
         if self._sensor is None:
             return arm
         felt = self._sensor.wrench(MAX_AGE).value.magnitude
-        return felt if arm <= self._held else max(arm, felt)
+        return felt if arm <= max(self._held, self._at_first) else max(arm, felt)
+
+    def reached(self, limit: float | None = None) -> bool:
+        """Return whether the force is at a limit, N, or above it, by default at its own; while few readings are averaged, beyond their noise."""
+        return not self.force() < self._beyond_noise(self.limit if limit is None else limit)
 
     def passed(self) -> str | None:
         """Return the reason to stop where the force is above the limit, else None."""
         force = self.force()
-        return None if force <= self.limit else f"a force of {force:.2f} N exceeds the limit of {self.limit:g} N"
+        if force <= self._beyond_noise(self.limit):
+            return None
+        return f"a force of {force:.2f} N exceeds the limit of {self.limit:g} N"
+
+    def _beyond_noise(self, limit: float) -> float:
+        return max(limit, self._at_first) if self._sensor is None else limit
 
     @property
     def latest(self) -> tuple[float, float, float]:
         """The latest force of the arm, N, world axes."""
         return self._readings[-1].value.force
+
+    @property
+    def _at_first(self) -> float:
+        """The force, N, that noise does not pass while the time to average over has not gone by; else 0."""
+        span = self._readings[-1].host_time - self._readings[0].host_time + SHORTEST if self._readings else SHORTEST
+        return self._noise / math.sqrt(span) if span < self._window else 0.0
 
     def _of_arm(self) -> float:
         reading = self._arm.wrench(MAX_AGE)

@@ -16,7 +16,7 @@ from stretch_bt.tree.ports import Behavior, Status
 if TYPE_CHECKING:
     from stretch_bt.behaviors.records import Touch
 
-__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "slowed", "touched_at"]
+__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "lowest_of", "slowed", "touched_at"]
 
 #: largest stretch past the rest length and largest depth past first contact that a node may ask of the hand, m
 MOST_STRETCH, MOST_DEPTH = 0.080, 0.030
@@ -32,6 +32,11 @@ def slowed(context: Context, speed: float, way: Sequence[Pose]) -> float:
     """Return a speed, m/s, or the lower one that the cell allows where the hand may meet something on its way."""
     limits = context.limits
     return speed if limits is None else limits.slowed(speed, [pose.height for pose in way])
+
+
+def lowest_of(context: Context) -> float:
+    """Return the world height, m, down to which the cell lets the hand go; the table's where no cell limits it."""
+    return 0.0 if context.limits is None else context.limits.height.min
 
 
 def touched_at(context: Context, touch: Touch) -> float:

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MotionBehavior, lowest_of
 from stretch_bt.behaviors.records import FreeMembrane
 from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
@@ -18,8 +18,6 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.2
-#: world height that it goes down to where no cell limits it, m
-GROUND = 0.0
 
 
 @node
@@ -55,9 +53,8 @@ class Descend(MotionBehavior):
 
     def start(self) -> Motion:
         """Move down, as far as allowed."""
-        pose, limits = self.arm.pose(MAX_AGE).value, self.context.limits
-        lowest = GROUND if limits is None else limits.height.min
-        self.goal = min(max(pose.height - (self.max_travel or math.inf), lowest), pose.height)
+        pose = self.arm.pose(MAX_AGE).value
+        self.goal = min(max(pose.height - (self.max_travel or math.inf), lowest_of(self.context)), pose.height)
         return self.arm.move(pose.at_height(self.goal), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:

@@ -2,6 +2,7 @@
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior
+from stretch_bt.behaviors._motion import lowest_of
 from stretch_bt.behaviors.records import Candidates, Felt, Touch
 from stretch_bt.model.palpation.planning import stretches
 from stretch_bt.perception.types import Sphere
@@ -31,7 +32,8 @@ class ListPresses(ModelBehavior):
     def update(self) -> Status:
         """List them."""
         height = self.touch.height
-        limits = mechanics.Limits(height - self.max_depth, self.max_force, self.max_stretch, self.stretch_step)
+        lowest = max(height - self.max_depth, lowest_of(self.context))
+        limits = mechanics.Limits(lowest, self.max_force, self.max_stretch, self.stretch_step)
         count = len(stretches(self.felt.last.stretch, limits))
         self.candidates = Candidates(self.force_model(), self.sphere.radius, height, limits, count)
         return Status.SUCCESS

@@ -93,7 +93,7 @@ class PressToThickness(MotionBehavior):
         state = self.motion.poll()
         if state not in (MotionState.MOVING, MotionState.DONE):
             return super().update()
-        self.limited = not self.limit.force() < self.most
+        self.limited = self.limit.reached(self.most)
         if state is MotionState.MOVING:
             if not self.limited:
                 return Status.RUNNING
@@ -132,4 +132,4 @@ def _most(force: Force, margin: float, limits: Limits | None) -> float:
 
 def _lowest(touched: Length, depth: Length, limits: Limits | None) -> float:
     """Return the world height, m, that is a depth past first contact, or as deep as the cell allows."""
-    return max(touched - (depth if limits is None else min(depth, limits.depth)), 0.0)
+    return touched - depth if limits is None else max(touched - min(depth, limits.depth), limits.height.min)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource, corrected
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, touched_at
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
@@ -54,7 +54,8 @@ class PressWatching(MotionBehavior):
     def start(self) -> Motion:
         """Move straight down."""
         pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
-        return self.arm.move(pose.at_height(max(contact - self.depth, 0.0)), speed=self.speed, owner=self.path)
+        target = max(contact - self.depth, lowest_of(self.context))
+        return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:
         """Go on; the arm's own look at its force may be the first to find that the membrane has no equilibrium."""
@@ -65,7 +66,7 @@ class PressWatching(MotionBehavior):
 
     def watch(self) -> Status | None:
         """Stop at the limit of force, or when the top gives way."""
-        if self.limit.force() >= self.limit.limit:
+        if self.limit.reached():
             return self._end("force")
         if self.top is None or not self.top.is_due(depth := self._depth()):
             return None
@@ -77,7 +78,7 @@ class PressWatching(MotionBehavior):
 
     def arrived(self) -> Status:
         """Look at the force once more."""
-        return self._end("force" if self.limit.force() >= self.limit.limit else "depth")
+        return self._end("force" if self.limit.reached() else "depth")
 
     def _depth(self) -> float:
         return self.touch.height - self.arm.pose(MAX_AGE).value.height

@@ -4,7 +4,7 @@ from typing import Literal
 
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._limited_motion import LimitedMotion
-from stretch_bt.behaviors._motion import MOST_DEPTH, touched_at
+from stretch_bt.behaviors._motion import MOST_DEPTH, lowest_of, touched_at
 from stretch_bt.behaviors._rolling import laid, length_of
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
@@ -60,7 +60,7 @@ class Roll(LimitedMotion):
 
     @property
     def _lowest(self) -> float:
-        return max(touched_at(self.context, self.touch) - self.depth, 0.0)
+        return max(touched_at(self.context, self.touch) - self.depth, lowest_of(self.context))
 
     @property
     def _pieces(self) -> int:

@@ -69,6 +69,15 @@ def test_noise_does_not_pass_a_limit_in_two_hours(limit, runs):
     assert alarms == 0
 
 
+@pytest.mark.parametrize("limit", [3.0, 3.5, 4.5])
+def test_noise_does_not_pass_a_limit_as_a_motion_begins(limit):
+    """Each motion begins its average anew: the first readings alone passed a limit once in a hundred motions."""
+    arm = Arm(lambda at: 0.0)
+    for _ in range(2000):
+        held = ForceLimit(limit, arm, None, RunContext())
+        assert not any(held.passed() or held.reached() for _ in range(4))
+
+
 @pytest.mark.parametrize("limit", [3.0, 5.0, 8.0])
 def test_a_force_above_the_limit_is_seen_within_the_time_that_averaging_takes(limit):
     """A step to twice the limit passes it once half of the average is of after the step, and noise adds little to that."""

@@ -65,6 +65,7 @@ def test_a_top_that_does_not_fall_is_given_up(press):
         pytest.param(None, 0.030, marks=pytest.mark.slow),
         (Limits(depth="12 mm"), 0.048),
         (Limits(depth="40 mm"), 0.030),
+        (Limits(depth="40 mm", height={"min": "45 mm", "max": "500 mm"}), 0.045),
     ],
 )
 def test_no_step_goes_deeper_than_the_cell_allows(press, limits, lowest):

@@ -8,6 +8,7 @@ from stretch_bt.behaviors.records import PlannedView, Touch, TriedViews
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
@@ -165,6 +166,15 @@ def test_a_press_ends_at_its_depth_or_its_force(bench, felt, ended):
     assert node.sinks["ended"].value == ended
     assert reached == pytest.approx(0.004)
     assert targets(arm) == pytest.approx([-0.015])
+
+
+def test_a_press_goes_no_lower_than_the_cell_lets_the_hand_go(bench):
+    """It asked for a place below, which the cell refuses: a reconstruction ended at its first press."""
+    made = bench(camera=ScriptedDevice("DepthCamera", {"frame": BLANK}))
+    arm = ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, TOUCHED - 0.004)), "wrench": forces(0.1)}, [MotionState.DONE])
+    made.context.devices["arm"], made.context.limits = arm, Limits(height={"min": "50 mm", "max": "500 mm"})
+    assert made.run("press_watching", touch=TOUCH, depth=0.015).status is Status.SUCCESS
+    assert targets(arm) == pytest.approx([0.050 - TOUCHED])
 
 
 def test_a_force_before_first_contact_means_that_something_is_in_the_way(bench):

@@ -107,3 +107,14 @@ def test_the_hand_is_raised_from_the_object_when_a_run_is_interrupted(run, tree)
     assert run(tree, watch=watch).status == "INTERRUPTED"
     assert onlookers[0].made
     assert onlookers[0].runner.cell.truth()["force"] == 0.0
+
+
+@pytest.mark.parametrize("tree", TREES)
+def test_every_param_may_be_at_its_bounds(tree):
+    """More frames than an average of a called tree takes were refused, although the param lets them be."""
+    for name, param in load_program(tree).document.params.items():
+        for bound in {param.min, param.max} - {None}:
+            assert not load_program(tree, {name: int(bound) if param.type.name == "int" else bound}).errors, (
+                name,
+                bound,
+            )
