@@ -7,7 +7,7 @@ from collections.abc import Callable
 from stretch_bt import perception
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource, corrected
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, touched_at
 from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
 from stretch_bt.frames import DepthFrame
@@ -15,6 +15,7 @@ from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Grippe
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.control.thickness import next_step
 from stretch_bt.perception.pattern import Pattern
+from stretch_bt.tree.context import Context
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -76,7 +77,7 @@ class PressToThickness(MotionBehavior):
         if not self.look.add():
             return Status.RUNNING
         self.looks += 1
-        lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context.limits)
+        lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context)
         pose = self.arm.pose(MAX_AGE).value
         shot = corrected(perception.average_frames(self.look.frames), self.pattern, self.device_names["camera"])
         top = height_over_table(shot, self.context.hand.geometry, self.mounting)
@@ -130,6 +131,7 @@ def _most(force: Force, margin: float, limits: Limits | None) -> float:
     return force if limits is None else min(force, SHARE * limits.force - margin)
 
 
-def _lowest(touched: Length, depth: Length, limits: Limits | None) -> float:
+def _lowest(touched: Length, depth: Length, context: Context) -> float:
     """Return the world height, m, that is a depth past first contact, or as deep as the cell allows."""
-    return touched - depth if limits is None else max(touched - min(depth, limits.depth), limits.height.min)
+    limits = context.limits
+    return max(touched - (depth if limits is None else min(depth, limits.depth)), lowest_of(context))

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from stretch_bt.behaviors.press_to_thickness import _lowest
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
 
@@ -79,3 +81,7 @@ def test_nothing_seen_and_a_blocked_hand_are_failures(press, top, motion, why):
     node, _ = press([1.0], motion, top, thickness=0.040)
     assert node.status is Status.FAILURE
     assert why in node.reason
+
+
+def test_without_a_cell_no_step_goes_below_the_table():
+    assert _lowest(0.010, 0.030, RunContext()) == 0.0
