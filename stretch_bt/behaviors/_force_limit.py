@@ -53,11 +53,11 @@ class ForceLimit:
                 f"the arm's force is too noisy to hold a limit of {limit:g} N: it can hold {least:.2g} N or more; "
                 "declare a force sensor in the tree, or allow more force"
             )
-        self._noise = DEVIATIONS * noise  # N s^0.5, that a mean over a time is held against
-        self._window = (self._noise / max(limit, least)) ** 2 if noise > 0 else 0.0
+        self._noise = noise
+        self._window = (DEVIATIONS * noise / max(limit, least)) ** 2 if noise > 0 else 0.0
         self._held = max(limit, least)
         #: distance to the cell's own limit, N: a force that far below it does not pass it by the noise of single readings
-        self.margin = self._noise / math.sqrt(SHORTEST)
+        self.margin = least_limit(noise, SHORTEST)
         self._readings: deque[Reading[Wrench]] = deque()
 
     def force(self) -> float:
@@ -91,7 +91,7 @@ class ForceLimit:
     def _at_first(self) -> float:
         """The force, N, that noise does not pass while the time to average over has not gone by; else 0."""
         span = self._readings[-1].host_time - self._readings[0].host_time + SHORTEST if self._readings else SHORTEST
-        return self._noise / math.sqrt(span) if span < self._window else 0.0
+        return least_limit(self._noise, span) if span < self._window else 0.0
 
     def _of_arm(self) -> float:
         reading = self._arm.wrench(MAX_AGE)
