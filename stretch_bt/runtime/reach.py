@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from stretch_bt.units import KINDS, format_quantity
 __all__ = ["beyond_cell", "check_devices"]
 
 _ROUNDING = 1e-9
+_NAME = re.compile(r"[^\W\d]\w*")
 
 
 def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diagnostic]:
@@ -42,11 +44,30 @@ def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diag
         asked.found += error.diagnostics
     asked.found += _slow_ticks(program, asked)
     known = {(d.line, d.column, d.file) for d in asked.found}
+    reaching = _reaching(program)
     for name, param in program.document.params.items():
+        if name not in reaching:
+            continue  # each end is a reading of the whole file
         ends = dict.fromkeys(end for end in (param.min, param.max) if end is not None and end != param.value)
         for end in ends:
             asked.found += _at_end(load, spec, name, param, end, known)
     return sorted(asked.found, key=lambda d: (d.file, d.line, d.column))
+
+
+def _reaching(program: Program) -> set[str]:
+    """Return the names that may give a value to a node with a limit: those in its inputs, and in what calls hand to these names."""
+    if any(body.signature.document.variants for body in program.bodies.values()):
+        return set(program.document.params)  # what `with:` gives a file is read with it, and no wire shows it
+    parts = [part for body in program.bodies.values() for part in body.parts()]
+    limited = [part for part in parts if isinstance(part, Leaf) and any(p.limit for p in part.info.of(Role.INPUT))]
+    calls = [part for part in parts if isinstance(part, Call)]
+    names = {name for leaf in limited for wire in leaf.inputs.values() for name in _NAME.findall(wire.text)}
+    known = 0
+    while len(names) > known:
+        known = len(names)
+        handed = [wire for call in calls for name, wire in call.inputs.items() if name in names]
+        names |= {name for wire in handed for name in _NAME.findall(wire.text)}
+    return names
 
 
 def check_devices(program: Program, spec: CellSpec, needed: Iterable[str]) -> None:

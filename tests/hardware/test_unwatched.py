@@ -8,7 +8,7 @@ from lab import lab_cell
 from waiting import LIMIT, eventually
 
 from stretch_bt import run
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, NotReady
 from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.interfaces import DeviceState
@@ -81,3 +81,17 @@ def test_fingers_that_nobody_looks_at_are_held(make_cell, clock, kind):
     gripper.close()
     gripper.open()
     assert gripper.opening(LIMIT).value < 0.075
+
+
+def test_an_activation_into_which_a_refused_motion_came_is_held_too(make_cell, clock):
+    cell = make_cell("robotiq-rtu")
+    gripper = cell.devices["gripper"]
+    motion = gripper.activate(owner="a")
+    for _ in range(2):  # the reset, and the activation once that is shown
+        clock.time += 0.1
+        motion.poll()
+    with pytest.raises(NotReady, match="being activated"):
+        gripper.move(0.08, speed=0.05, owner="a")
+    eventually(lambda: not cell.stand_in.state()["moving"])
+    with pytest.raises(DeviceFault, match="no tick looked at the motion"):
+        motion.poll()

@@ -89,6 +89,18 @@ def test_a_look_that_fails_is_no_dough_that_stayed_behind(run, tmp_path):
     assert "detect_adhesion: no place is seen" in result.reason
 
 
+def test_what_is_rolled_slowly_is_looked_at_as_often(run, tmp_path):
+    text = (MOCKS / "form_cookie_fast_success.yaml").read_text()
+    text = text.replace('  - {match: "**/blind"}\n', "").replace(
+        "after: 600 s", "after: 300 s, outputs: {travel: 1000 mm}"
+    )
+    mocks = tmp_path / "mocks.yaml"
+    mocks.write_text(text.partition("expect:")[0])
+    result = run("form_cookie_fast", mocks=mocks, params={"max_looks": 6, "interval": 5.0, "speed": 0.003})
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["rolling_time"]["value"] > 300
+
+
 # the reason of the failure -> the dough, and params that differ from a brief run
 GIVEN_UP = {
     "nothing was met": ("edge: 25 mm, position: {x: 150 mm, y: 0 mm}", {}),

@@ -191,7 +191,6 @@ class RobotiqDriver(GripperDriver, ABC):
         due = time.monotonic() + attendant.deadline
 
         def begin(wire: GripperWire) -> Task:
-            self._task = None
             task = make(wire)
             if time.monotonic() > due:  # its caller has given up
                 raise DeviceLost(self.name, "the command came too late to be begun")

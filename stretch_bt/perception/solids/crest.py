@@ -135,7 +135,7 @@ def _length(views: list[View], crest: Crest, fillet: tuple[float, float], *, sha
 
 def _end(views: list[View], crest: Crest, sign: float, fillet: float, *, sharp: bool) -> tuple[Dimension, float]:
     """Return how far an end of the crest is from its middle, m, by the views that show it, and its change over the fillet's radius."""
-    top, found, shares = crest.top, [], []
+    top, found, beyonds = crest.top, [], []
     for view in views:
         profile = profile_of(view, top.middle, sign * top.along, BAND, 0.0, top.half[0] + 16e-3)
         try:
@@ -146,8 +146,9 @@ def _end(views: list[View], crest: Crest, sign: float, fillet: float, *, sharp: 
             beyond = beyond_end(bend, sharp=sharp, fillet=fillet)
             sd = math.hypot(bend.sd, SHARED)
             found.append(Dimension(bend.place + beyond.shift, sd, {"membrane": beyond.shift}))
-            shares.append(beyond.share)
+            beyonds.append(beyond)
     if not found:
         raise IllConditioned("no view shows the membrane on both sides of an end of the crest; press nearer to it")
     end = pooled(found, SHARED)
-    return Dimension(end.value, math.hypot(end.sd, beyond.sd), end.steps), float(np.mean(shares))
+    sd = float(np.mean([beyond.sd for beyond in beyonds]))  # of the correction, whose error all views share
+    return Dimension(end.value, math.hypot(end.sd, sd), end.steps), float(np.mean([beyond.share for beyond in beyonds]))

@@ -202,8 +202,9 @@ def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str
         _write_source(name, text, home, folder)
     mocks = None
     if info.get("mocks"):
-        (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
-        mocks = read_mocks(home / "mocks.yaml", recorded=True, arrays=_arrays(reader.folder, home))
+        path = folder / "mocks.yaml"  # above all that the sources may be called
+        path.write_text(info["mocks"], encoding="utf-8")
+        mocks = read_mocks(path, recorded=True, arrays=_arrays(reader.folder, home))
     program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
 

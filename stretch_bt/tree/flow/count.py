@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["counted", "read_count", "runs_surely"]
 
-MOST = 1_000_000
+MOST = 1_000_000_000
 
 
 def read_count(reader: Reader, value: Value, what: str) -> Wire | None:
