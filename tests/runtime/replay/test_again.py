@@ -54,6 +54,17 @@ def test_a_finding_names_the_file_of_the_record_that_holds_the_text(tmp_path, mo
     assert f"put it back into {tmp_path}" in refused.value.diagnostics[0].hint
 
 
+def test_mocks_stand_beside_an_imported_file_of_any_name(tmp_path):
+    library = "format: stretch-tree/1\ntrees: {rest: {sequence: [wait: {duration: 1 s}]}}\n"
+    (tmp_path / "mocks.yaml").write_text(library)
+    tree = tmp_path / "tree.yaml"
+    tree.write_text("format: stretch-tree/1\nimports: {a: mocks.yaml}\ntrees: {main: {sequence: [a.rest: {}]}}\n")
+    mocks = {"format": "stretch-mocks/1", "tree": "tree.yaml", "mocks": [{"match": "**/wait", "after": "2 s"}]}
+    result = run(tree, mocks=mocks, out=tmp_path / "record")
+    assert result.task_seconds == pytest.approx(2.0, abs=0.1)
+    assert replay(tmp_path / "record").identical
+
+
 @pytest.mark.parametrize("ups", [1, 3, 4, 9])
 def test_imports_that_go_up_replay_from_the_record_alone(tmp_path, ups):
     """Each file imports one of the same name in another folder."""
