@@ -39,7 +39,7 @@ def command(
     scene: Annotated[str | None, typer.Option(help="What is simulated: a scene file, or a shipped scene.")] = None,
     cell: Annotated[str | None, typer.Option(help="Which devices are used: a cell file, or a shipped cell.")] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", help="A parameter, as in depth=2mm; may be repeated.")
+        list[str] | None, typer.Option("--set", help="A param, as in depth=2mm; may be repeated.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
@@ -85,7 +85,7 @@ def _ran(tree: str, shown: bool, set_: list[str], longest: str, **options: Any) 
     # what nodes print must not get among the result, and no tick waits for whoever reads it
     with pictures():
         # from the first tick on the run ends by itself
-        result = run(tree, params=parameters(set_), view=view, watch=_noted, **options)
+        result = run(tree, params=params_of(set_), view=view, watch=_noted, **options)
     if stops.names:
         interrupt_result(result, stops.names[0])
     return result
@@ -131,8 +131,8 @@ def _view() -> Any:
     return LiveView()
 
 
-def parameters(given: list[str]) -> dict[str, str]:
-    """Return the parameters of `--set`, as name: text."""
+def params_of(given: list[str]) -> dict[str, str]:
+    """Return the params of `--set`, as name: text."""
     found: dict[str, str] = {}
     for item in given:
         name, equals, value = (part.strip() for part in item.partition("="))

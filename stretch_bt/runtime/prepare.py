@@ -69,7 +69,7 @@ class Task:
             self.mocks.check_matches(self.built, self.program)
 
     def prepare(self, hand: Hand | None = None, limits: Limits | None = None) -> None:
-        """Let every node look at the parameters, the hand and the limits of the cell before any device is opened."""
+        """Let every node look at the params, the hand and the limits of the cell before any device is opened."""
         self.context.about = self.header()
         self.context.hand, self.context.limits = hand or self.context.hand, limits
         for node in self.built.nodes.values():
@@ -171,11 +171,11 @@ def _scene_text(scene: str) -> str:
 
 
 def _plain_param(value: Any) -> Any:
-    """Return a parameter as JSON takes it, so that a replay sets the same; one of a scene file is its text."""
+    """Return a param as JSON takes it, so that a replay sets the same; one of a scene file is its text."""
     value = plain_list(plain_number(value))
     if isinstance(value, list | tuple):
         return [_plain_param(item) for item in value]
-    if isinstance(value, float):  # an Estimate without its error, which no parameter has
+    if isinstance(value, float):  # an Estimate without its error, which no param has
         return float(value)
     if value is None or isinstance(value, int):
         return value
@@ -183,7 +183,7 @@ def _plain_param(value: Any) -> Any:
 
 
 def _without_folder(value: Any) -> Any:
-    """Return the value of a parameter; of text that is a path only the file's name, so that no log holds a place of the disk."""
+    """Return the value of a param; of text that is a path only the file's name, so that no log holds a place of the disk."""
     return Path(value).name if isinstance(value, str) and os.sep in value else value
 
 

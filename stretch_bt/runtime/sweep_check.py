@@ -104,7 +104,7 @@ def _values(file: SweepFile, document: Document, name: str) -> Iterator[Diagnost
         known = [*document.params, *(f"{p}.{n}" for p, d in document.imports.items() for n in d.params)]
         now = renamed(Path(document.file).stem, name)
         hint = f"it is called {now!r} now" if now else did_you_mean(name, known)
-        message = f"the tree {Path(document.file).stem!r} has no parameter {name!r}"
+        message = f"the tree {Path(document.file).stem!r} has no param {name!r}"
         yield file.marks[name].error("param-unknown", message, hint)
         return
     for value in file.choices[name]:

@@ -63,7 +63,7 @@ def run(
         params, such as a force that its object bears; those in `params` come first. A cell may be an open one, which has its
         scene, keeps its clock and its hand, and stays open.
     params
-        Parameters of the tree: text as in `--set`, or SI numbers.
+        Params of the tree: text as in `--set`, or SI numbers.
     seed
         Seed of everything random in a simulation.
     mocks
@@ -232,4 +232,4 @@ def _with_asked(task: Task, asked: Mapping[Scalar, Scalar], again: Callable[[dic
 
 def _unknown(key: Scalar, known: Iterable[str]) -> Diagnostic:
     hint = did_you_mean(key.text, known) if closest(key.text, known, MISSPELT) else "this run goes without it"
-    return key.mark.error("param-unknown", f"params: the tree has no parameter {key.text!r}", hint)
+    return key.mark.error("param-unknown", f"params: the tree has no param {key.text!r}", hint)

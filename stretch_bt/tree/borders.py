@@ -59,7 +59,7 @@ class Borders(HeadingReader):
                 self._add_key(found, table, name, spec)
         for word in ("in", "inout") if found.name == "main" and not self.doc.prefix else ():
             if word in body:
-                at, hint = body.key(word).mark, "make it a parameter, under 'params:', or a key"
+                at, hint = body.key(word).mark, "make it a param, under 'params:', or a key"
                 self.error(at, "key-unknown", f"'main' is called by nobody, so it has no {word!r}", hint)
         return found
 

@@ -1,4 +1,4 @@
-"""Reading what a file declares by name: parameters, keys, inputs and outputs, each with its type, default and bounds."""
+"""Reading what a file declares by name: params, keys, inputs and outputs, each with its type, default and bounds."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Declarations:
         found: Type | None = UNKNOWN
         for type_ in types.values():
             found = found and joined(found, type_)
-        open_ = what != "parameter" and all(is_none(value) for value in given.values())
+        open_ = what != "param" and all(is_none(value) for value in given.values())
         if found and (found is not UNKNOWN or open_):
             return found
         several = ", ".join(f"{name} is {type_}" for name, type_ in types.items())

@@ -34,7 +34,7 @@ class HeadingReader:
 
     def good_name(self, key: Scalar, what: str) -> bool:
         """Whether something may have this name."""
-        reserved = (*RESERVED, *(FUNCTIONS if what in ("parameter", "key") else ()))
+        reserved = (*RESERVED, *(FUNCTIONS if what in ("param", "key") else ()))
         if re.fullmatch(r"[A-Za-z_]\w*", key.text, re.ASCII) and key.text not in reserved:
             return True
         message = f"{key.text!r} cannot be the name of a {what}"

@@ -157,9 +157,9 @@ class _Headings(HeadingReader):
 
     def params(self, value: Value | None) -> None:
         for key, spec in self.entries(value, "params"):
-            if not self.good_name(key, "parameter"):
+            if not self.good_name(key, "param"):
                 continue
-            declared = self.declarations.read(key, spec, "parameter")
+            declared = self.declarations.read(key, spec, "param")
             self.doc.params[key.text] = Param(
                 **{f: getattr(declared, f) for f in Declared.__slots__}, value=declared.default
             )

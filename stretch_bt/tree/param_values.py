@@ -26,7 +26,7 @@ def set_params(doc: Document, overrides: Mapping[str, Any]) -> None:
     for param in doc.params.values():
         if param.value is None and not param.has_default and param.type is not ANY:
             hint = f"give it a default, or --set {doc.prefix}{param.name}=..."
-            found = param.mark.error("param-missing", f"parameter {param.name!r} has no value", hint)
+            found = param.mark.error("param-missing", f"param {param.name!r} has no value", hint)
             doc.diagnostics.append(found)
 
 
@@ -61,8 +61,8 @@ def _unknown(doc: Document, name: str) -> None:
     known = [*doc.params, *(f"{p}.{n}" for p, d in doc.imports.items() for n in d.params)]
     now = renamed(Path(doc.file).stem, name)
     hint = f"it is called {now!r} now: write '--set {now}=...'" if now else did_you_mean(name, known)
-    at, message = Mark("--set", 1, 1, len(name)), f"there is no parameter {doc.prefix + name!r}"
-    doc.diagnostics.append(at.error("param-unknown", message, hint or "its file has no parameters"))
+    at, message = Mark("--set", 1, 1, len(name)), f"there is no param {doc.prefix + name!r}"
+    doc.diagnostics.append(at.error("param-unknown", message, hint or "its file has no params"))
 
 
 def _given(text: Any, type_: Type, mark: Mark) -> Value:

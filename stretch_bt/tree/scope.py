@@ -1,4 +1,4 @@
-"""What names mean inside one tree: its keys, the file's parameters, readings of devices, and the task itself."""
+"""What names mean inside one tree: its keys, the file's params, readings of devices, and the task itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What feeds the ports of a tree: literals, keys, parameters and expressions, each typed and at its place."""
+"""What feeds the ports of a tree: literals, keys, params and expressions, each typed and at its place."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ class Wiring:
         *,
         takes_none: bool = False,
     ) -> Wire | None:
-        """Return what feeds an input: a literal, or an expression over keys, parameters and readings."""
+        """Return what feeds an input: a literal, or an expression over keys, params and readings."""
         try:
             if takes_none and is_none(value):
                 return Wire(value.mark, value=None, text="none")
@@ -219,7 +219,7 @@ class Wiring:
         return wire
 
     def list_value(self, value: Seq, type_: Type, what: str) -> Wire | None:
-        """Return a list whose items are literals or parameters."""
+        """Return a list whose items are literals or params."""
         assert type_.item is not None
         read = [self.value(item, type_.item, what) for item in value.items]
         items = [item for item in read if item is not None]
@@ -320,11 +320,11 @@ class Wiring:
         except (ArithmeticError, IndexError, ValueError, NoAnswer) as error:
             why = str(error).replace(" has no value: ", ": ").removeprefix(f"{value.text}: ")
             message = f"{value.text!r} has no value: {why}"
-            self.error(value.mark, "expression", message, "change the parameters, or the expression")
+            self.error(value.mark, "expression", message, "change the params, or the expression")
             return None
         if isinstance(wire.value, float) and not math.isfinite(wire.value):
             message = f"{value.text!r} is not a finite number"
-            self.error(value.mark, "expression", message, "change the parameters, or the expression")
+            self.error(value.mark, "expression", message, "change the params, or the expression")
             return None
         return wire
 
@@ -343,13 +343,13 @@ def passes_error_on(expression: Expression) -> bool:
 
 
 class _Params:
-    """Values of parameters, for expressions that need nothing else."""
+    """Values of params, for expressions that need nothing else."""
 
     def __init__(self, scope: TreeScope) -> None:
         self.scope = scope
 
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
-        """Return the value of a parameter."""
+        """Return the value of a param."""
         symbol = self.scope.resolve(parts)
         return symbol.read, parts[symbol.used :]
 

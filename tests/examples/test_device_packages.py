@@ -44,8 +44,8 @@ def command(site, tmp_path):
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_its_own_tests_pass(command, package):
-    tests = str(EXAMPLES / package / "tests")
-    done = command("-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", tests, tests)
+    settings, tests = str(EXAMPLES / package / "pyproject.toml"), str(EXAMPLES / package / "tests")
+    done = command("-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", settings, tests)
     assert done.returncode == 0, done.stdout
 
 

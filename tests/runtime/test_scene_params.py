@@ -73,7 +73,7 @@ def test_a_scene_without_params_changes_none(outputs):
     [
         ("params: {max_force: 3 mm}\n", 21, "max_force"),
         ("params: {max_force: much}\n", 21, "max_force"),
-        ("params: {frames: 3, max_froce: 3 N}\n", 21, "no parameter 'max_froce'; did you mean 'max_force'?"),
+        ("params: {frames: 3, max_froce: 3 N}\n", 21, "no param 'max_froce'; did you mean 'max_force'?"),
     ],
 )
 def test_a_mistake_is_told_at_its_place_in_the_scene_before_anything_moves(outputs, asked, column, message):

@@ -58,7 +58,9 @@ class Placement(_Model):
 class _Payload(_Model):
     """Everything that hangs at the flange."""
 
-    mass: Annotated[Mass, Within(0.0, 5.0, "Mass")]
+    mass: Annotated[Mass, Within(0.0, 5.0, "Mass")] = Field(
+        description="all that hangs at the flange, where `payload` is given; else the installation at the pendant counts"
+    )
     x: _Place = Field(default=0.0, description="centre of mass, from the flange")
     y: _Place = 0.0
     z: _Place = 0.0

@@ -1,7 +1,7 @@
 """XML of BehaviorTree.CPP 4, which Groot2 opens.
 
 What has a counterpart there becomes it; the rest stands as custom nodes, described in the TreeNodesModel. Quantities and
-expressions stay text as the file has them; `$key` becomes `{key}`, and a parameter the value that a run takes.
+expressions stay text as the file has them; `$key` becomes `{key}`, and a param the value that a run takes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the head of a task says, in words: devices, parameters, keys and outputs."""
+"""What the head of a task says, in words: devices, params, keys and outputs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def facts(document: Document) -> dict[str, str]:
 
 
 def rows(declared: Iterable[Declared], prefix: str = "") -> list[Row]:
-    """Return declarations in words; a parameter shows the value that a run takes."""
+    """Return declarations in words; a param shows the value that a run takes."""
     return [_row(d, prefix) for d in declared]
 
 

@@ -46,7 +46,7 @@ class Constant(Expression):
 
 @dataclass(slots=True)
 class Name(Expression):
-    """A dotted name: a key, a parameter, a device's reading, or an attribute of one of them."""
+    """A dotted name: a key, a param, a device's reading, or an attribute of one of them."""
 
     parts: tuple[str, ...]
 

@@ -31,7 +31,7 @@ class Origin(Enum):
 
     KEY = "key"
     SD = "standard deviation of a key"
-    PARAM = "parameter"
+    PARAM = "param"
     READING = "reading of a device"
     TASK = "task"
 
