@@ -38,9 +38,7 @@ def command(
     tree: Annotated[str, typer.Argument(help="A tree file, or the name of a shipped tree.")],
     scene: Annotated[str | None, typer.Option(help="What is simulated: a scene file, or a shipped scene.")] = None,
     cell: Annotated[str | None, typer.Option(help="Which devices are used: a cell file, or a shipped cell.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="A param, as in depth=2mm; may be repeated.")
-    ] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", help="A param, as in depth=2mm; may be repeated.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,

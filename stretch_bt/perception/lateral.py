@@ -12,7 +12,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.smooth import derivative, slope
 from stretch_bt.perception.surface import Cleaned, Surface
 
-__all__ = ["Lateral", "lateral"]
+__all__ = ["Lateral", "crossed", "lateral"]
 
 Image = npt.NDArray[np.float32]
 
@@ -46,12 +46,7 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
     """Return how far x and y move, averaged over a Gaussian of `kernel`, m; they change slowly."""
     import cv2
 
-    from stretch_bt.perception.surface_kernel import fill_moves
-
-    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
-    sigma, pitch = round(max(kernel / cleaned.pitch / every, 0.8), 1), cleaned.pitch * every
-    x, y = np.empty((2, *(-(-n // every) for n in cleaned.valid.shape)), dtype=np.float32)
-    fill_moves(cleaned.points, cleaned.valid, *cleaned.corner, every, pitch, x, y)
+    x, y, every, sigma, pitch = _blocks(cleaned, kernel)
     least = np.float32(0.1 * pitch)
     x_u, y_v = (derivative(w, sigma, *along) + np.float32(pitch) for w, along in ((x, (1, 0)), (y, (0, 1))))
     if min(float(x_u.mean()), float(y_v.mean())) <= 0.0:
@@ -60,3 +55,22 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
         )
     x_u, y_v = np.maximum(x_u, least), np.maximum(y_v, least)
     return Lateral(np.asarray(cv2.merge([x_u, y_v, slope(x_u, 1), slope(y_v, 0)])), every)
+
+
+def crossed(cleaned: Cleaned, kernel: float) -> tuple[Image, Image, int]:
+    """Return x_v / y_v and y_u / x_u per block of so many pixels: a camera sees a slope move points aside, off its axis."""
+    x, y, every, sigma, pitch = _blocks(cleaned, kernel)
+    least, whole = np.float32(0.1 * pitch), np.float32(pitch)
+    x_u, y_v = (np.maximum(derivative(w, sigma, *along) + whole, least) for w, along in ((x, (1, 0)), (y, (0, 1))))
+    return derivative(x, sigma, 0, 1) / y_v, derivative(y, sigma, 1, 0) / x_u, every
+
+
+def _blocks(cleaned: Cleaned, kernel: float) -> tuple[Image, Image, int, float, float]:
+    """Return x and y less an even raster, m, in blocks, their width in pixels, the Gaussian's sigma in blocks, and their width, m."""
+    from stretch_bt.perception.surface_kernel import fill_moves
+
+    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
+    sigma, pitch = round(max(kernel / cleaned.pitch / every, 0.8), 1), cleaned.pitch * every
+    x, y = np.empty((2, *(-(-n // every) for n in cleaned.valid.shape)), dtype=np.float32)
+    fill_moves(cleaned.points, cleaned.valid, *cleaned.corner, every, pitch, x, y)
+    return x, y, every, sigma, pitch

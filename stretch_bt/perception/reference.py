@@ -53,8 +53,10 @@ class Reference:
         return self.learned >= self.count
 
     def learn(self, depth: FloatArray | DepthFrame) -> None:
-        """Take a depth image (h, w), m, or a frame into the reference."""
+        """Take a depth image (h, w), m, or a frame into the reference; one without a valid pixel does not count."""
         image, valid = self._image(depth)
+        if not valid.any():
+            return
         if not self.learned:
             self._sum = np.zeros(image.shape)
             self._seen = np.zeros(image.shape, dtype=np.int64)
@@ -93,6 +95,8 @@ class Reference:
             No pixel is valid in both.
         """
         image, valid = self._image(depth, window)
+        if not self.learned:
+            raise NoContact("no frame had depth so far; look whether the camera sees the membrane")
         if self._mean is None:
             self._mean = (self._sum / np.maximum(self._seen, 1)).astype(np.float32)
             self._known = self._seen >= SEEN * max(self.learned, 1)

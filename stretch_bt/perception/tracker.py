@@ -73,7 +73,10 @@ class HeightTracker:
             self._step = self._step or _step(depth)
             if self._reference.complete and self._reference.learned > 1:
                 self._spectrum = _spectrum(raw, known, self._reference.learned)
-        sd = float(np.median(self._noise))
+        elif self._reference.learned == 1 and len(self._noise) == 1:
+            self._noise = [_noise_of(mean[known & trusted]) / math.sqrt(2.0)] * 2  # as below: one image is too little
+        # a rise holds the noise of this frame and of the mean
+        sd = float(np.median(self._noise)) * math.sqrt(1.0 + 1.0 / self._reference.learned)
         clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
@@ -105,7 +108,10 @@ class HeightTracker:
             sd = pixel / (2.0 * math.sqrt(math.pi) * self._kernel)
         else:
             # A frame among n that form the mean differs from it by sqrt((n - 1) / n) of its own noise.
-            sd = MAD_TO_SD * float(np.median(sparse(np.abs(mean[seen])))) * math.sqrt(n / (n - 1))
+            sd = _noise_of(mean[seen]) * math.sqrt(n / (n - 1))
+            self._noise = (
+                self._noise[1:] if n == 2 else self._noise
+            )  # one image does not show the noise that its pixels share
         self._noise.append(sd)
 
     def _top(self, rise: Image, known: MaskArray, mean: Image, at: tuple[int, int], sd: float) -> Estimate:
@@ -123,6 +129,11 @@ class HeightTracker:
             return Estimate(float(mean[at]), sd)
         # Noise chose the place, and raises it.
         return Estimate(top.value, float(np.hypot(top.sd, sd)))
+
+
+def _noise_of(values: Image) -> float:
+    """Return the standard deviation of values (n,) around 0, most of which are noise."""
+    return MAD_TO_SD * float(np.median(sparse(np.abs(values))))
 
 
 def _spectrum(rise: Image, known: MaskArray, count: int) -> NoiseSpectrum:

@@ -36,6 +36,15 @@ def learned(pattern, hang=0.0, rate=0.0, count=150, noise=1e-4, seed=0):
     return view
 
 
+@pytest.mark.parametrize("changed", [{"stretch": 5e-3}, {"stretch": None}, {"plane_distance": DISTANCE + 4e-3}])
+def test_a_view_takes_frames_of_one_membrane_alone(changed):
+    view, depth = FreeView(), np.full((220, 200), DISTANCE)
+    view.add(frame(depth))
+    view.add(frame(depth, 1, stretch=1e-3))
+    with pytest.raises(InvalidInput, match="begin a new view"):
+        view.add(frame(depth, 2, **changed))
+
+
 @pytest.mark.parametrize("hang", [0.2e-3, 0.7e-3])
 def test_a_hang_that_is_known_is_not_taken_for_a_static_error_of_its_shape(hang):
     rng = np.random.default_rng(5)

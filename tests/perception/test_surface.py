@@ -51,6 +51,18 @@ def test_normals_face_the_camera_and_turn_with_the_frame(surfaces):
     assert np.sqrt((angle**2).mean()) < 1.5
 
 
+@pytest.mark.parametrize("slopes", [(0.5, 0.5), (0.5, 0.0), (0.3, -0.4)])
+def test_normals_of_a_plane_are_right_off_the_axis_of_the_camera(surfaces, slopes):
+    lens = surfaces.camera(480, 640)
+    u = (np.arange(640) - lens.cx) / lens.fx
+    v = (np.arange(480)[:, None] - lens.cy) / lens.fy
+    points, valid = deproject(0.2 / (1 - slopes[0] * u - slopes[1] * v), lens)
+    found, trusted = estimate_normals(points, valid)
+    exact = np.array([*slopes, -1.0]) / np.sqrt(1 + slopes[0] ** 2 + slopes[1] ** 2)
+    angle = np.degrees(np.arccos(np.clip(found[trusted] @ exact, -1, 1)))
+    assert np.quantile(angle, 0.9) < 0.5
+
+
 def test_too_few_pixels_give_no_normals():
     points = np.full((5, 5, 3), np.nan)
     normals, trusted = estimate_normals(points, np.zeros((5, 5), dtype=bool))

@@ -1,8 +1,11 @@
 """Tracking and detection, frame by frame, on a synthetic flat sensor and on a real curved one."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
+from stretch_bt.errors import NoContact
 from stretch_bt.frames import Intrinsics
 from stretch_bt.perception import ContactDetector, HeightTracker, load_depth_stack
 from stretch_bt.perception.smooth import smooth
@@ -72,6 +75,32 @@ def test_frames_that_are_alike_to_the_last_count_still_leave_half_a_count_open()
     depth = (0.2 + step * (np.indices(SIZE)[1] // 40)).astype(np.float32)
     found = [tracker.update(depth) for _ in range(7)]
     assert [f.sd for f in found] == pytest.approx([step / np.sqrt(12)] * 7, rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+@pytest.mark.parametrize("kernel", [0.0, 3.0, 8.0])
+def test_without_a_press_the_height_is_off_by_what_it_states_however_short_the_reference(kernel, count):
+    off = []
+    for seed in range(8):
+        tracker = HeightTracker(reference=count)
+        found = [tracker.update(0.2 + noise) for noise in correlated(kernel, 0.0, count + 4, seed)][count:]
+        off += [each.value / each.sd for each in found]
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.6
+
+
+@pytest.mark.parametrize("make", [HeightTracker, ContactDetector])
+def test_frames_without_depth_at_the_begin_are_no_part_of_the_reference(make):
+    frames = [0.2 + noise for noise in correlated(0.0, 0.0, 12, 3)]
+    clean, blank = make(), make()
+    for frame in frames:
+        clean.update(frame)
+    for _ in range(2):
+        with contextlib.suppress(NoContact):
+            blank.update(np.zeros_like(frames[0]))
+    for frame in frames:
+        blank.update(frame)
+    assert blank.update(frames[-1]) == clean.update(frames[-1])
+    assert getattr(blank, "statistic", 0.0) == getattr(clean, "statistic", 0.0)
 
 
 def test_detection_is_prompt_both_ways_and_rearms(surfaces):
