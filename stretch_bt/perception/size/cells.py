@@ -13,7 +13,7 @@ from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.surface import camera_side, check_labels, check_pitch, check_points, pitch_of
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
-__all__ = ["Cells", "cells_of"]
+__all__ = ["Cells", "cells_of", "pitch_along"]
 
 Array = npt.NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     ]
     height = np.where(kept, towards * (planes[2] - level), 0.0)
     touching = _blocks((mask & (classes == CONTACT)).astype(np.float32))
-    pitch = _pitch(planes[0], kept)
+    pitch = pitch_along(planes[0], kept)
     return Cells(planes[0], planes[1], height, kept, touching, pitch, (rows.start, columns.start), labels.shape)
 
 
@@ -108,12 +108,12 @@ def _window(points: FloatArray, labels: LabelArray) -> tuple[slice, slice]:
     lines = [np.nonzero(touching.any(axis=axis))[0] for axis in (1, 0)]
     if not lines[0].size:
         raise NoContact("no pixel is labelled as in contact: there is nothing to measure; press deeper")
-    row = points[int(np.median(lines[0])), :, 0]
-    steps = np.abs(np.diff(np.where(np.isfinite(row), row, np.nan)))
-    near = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
-    margin = int(MARGIN / near)
+    middle = [int(np.median(at)) for at in lines]
+    along = points[:, middle[1], 1], points[middle[0], :, 0]
     found = []
-    for at, length in zip(lines, labels.shape, strict=True):
+    for at, length, places in zip(lines, labels.shape, along, strict=True):
+        steps = np.abs(np.diff(np.where(np.isfinite(places), places, np.nan)))
+        margin = int(MARGIN / float(np.median(steps[steps > 0.0]))) if (steps > 0.0).any() else 0
         first, last = max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, length)
         found.append(slice(first, first + (last - first) // SIDE * SIDE))
     if min(part.stop - part.start for part in found) < 4 * SIDE:
@@ -131,8 +131,8 @@ def _blocks(image: npt.NDArray[np.float32]) -> Array:
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float64)
 
 
-def _pitch(x: Array, kept: MaskArray) -> float:
-    """Return the median distance between neighbouring cells, m."""
+def pitch_along(x: Array, kept: MaskArray) -> float:
+    """Return the median distance between neighbouring cells of a row, m."""
     steps: Any = np.abs(np.diff(x, axis=1))[kept[:, 1:] & kept[:, :-1]]
     if not steps.size:
         raise NoContact(

@@ -55,6 +55,14 @@ def test_free_of_roundness_both_axes_are_found(press):
     assert size.diameter_j_sd > 2 * size.diameter_i_sd
 
 
+@pytest.mark.parametrize("thinned", [np.s_[::2], np.s_[:, ::2]], ids=["rows", "columns"])
+def test_pixels_need_not_be_square(thinned):
+    points, labels = surface_of(PRESSES[1], WHITE_05, 0)
+    size = measure_contact(points[thinned], labels[thinned], stretch=PRESSES[1].stretch, fillet_sd=0.0)
+    assert size.shape == "circle"
+    assert abs(size.diameter_i - PRESSES[1].indenter.diameter) < 4.5 * size.diameter_i_sd < 3e-3
+
+
 def test_without_the_stretch_the_error_grows_and_is_stated():
     points, labels = surface_of(PRESSES[1], WHITE_05, 0)
     known, unknown = diameters(points, labels, stretch=PRESSES[1].stretch), diameters(points, labels)
