@@ -73,7 +73,7 @@ class Limits(_Model):
     )
     stiffness: Annotated[Stiffness, Within(10.0, 1e7, "Stiffness")] = Field(
         default=20e3,
-        description="stiffness of hand and object in contact, for that warning; the membrane alone has 0.4 N/mm, bare fingers on a table some 200",
+        description="stiffness of hand and object in contact, for that warning; the membrane alone has 0.6 N/mm, bare fingers on a table some 200",
     )
     contact: ContactLimit | None = None
     unwatched: Annotated[Time, Within(0.1, 60.0, "Time")] = Field(
