@@ -26,7 +26,7 @@ from reconstruct import _polyhedron
 
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.clouds.relief import carved
-from stretch_bt.perception.clouds.stand_off import end_of_bend, with_stand_off
+from stretch_bt.perception.clouds.stand_off import ends_of_bends, with_stand_off
 from stretch_bt.simulation.above import distances
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.scene import Scene, load_scene
@@ -115,7 +115,7 @@ def main() -> None:
                     rows[kind, name].append([there.sum(), *np.mean(own**2, axis=1), np.mean(cloud.sd[there])])
             if kind in ("block", "disc"):
                 depth, corner, _ = inside(kind, scene.object, cloud.points)
-                way, bend = end_of_bend(cloud.points, relief)
+                way, bend = (each[0] for each in ends_of_bends(cloud.points, relief))
                 ends.append(np.stack([way + depth, bend])[:, (way > 0) & (depth < 0.5e-3) & ~corner])
     print("body           where                           bodies  points  error mm  noise  stated  sd mm")
     for (kind, name), found in sorted(rows.items()):

@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.relief import Relief
-from stretch_bt.perception.clouds.support import LEAST, SMEARED, bend_along
+from stretch_bt.perception.clouds.support import LEAST, SMEARED, bends_along
 
-__all__ = ["HANG_SD", "end_of_bend", "stand_off", "with_stand_off"]
+__all__ = ["HANG_SD", "ends_of_bends", "stand_off", "with_stand_off"]
 
 Array = npt.NDArray[np.float64]
 
@@ -51,36 +51,43 @@ def stand_off(points: Array, relief: Relief) -> Array:
 
     if not len(points):
         return np.zeros(0)
-    end, bend = end_of_bend(points, relief)
+    end, bend = ends_of_bends(points, relief)
     over = end - INSIDE - ANGLE / np.maximum(bend, LEAST)
     # Farther out the membrane is not taken for contact: something else holds it up there.
     out = np.where(over < SMEARED * relief.cell + INSIDE_SD, over, -INSIDE) / INSIDE_SD
     density = np.exp(-(out**2) / 2) / np.sqrt(2 * np.pi)
-    return np.asarray(INSIDE_SD * np.sqrt(np.maximum((1 + out**2) * ndtr(out) + out * density, 0.0)))
+    off = INSIDE_SD * np.sqrt(np.maximum((1 + out**2) * ndtr(out) + out * density, 0.0))
+    return np.asarray(off.max(axis=0))
 
 
-def end_of_bend(points: Array, relief: Relief) -> tuple[Array, Array]:
-    """Return how far up the slope from points (n, 3) the bend of the membrane falls to half of its most, m, and the most, 1/m.
+def ends_of_bends(points: Array, relief: Relief) -> tuple[Array, Array]:
+    """Return how far from points (n, 3) the bend of the membrane falls to half of its most (2, n), m, and the most (2, n), 1/m.
 
-    The way is 0 where nothing is bent or the bend goes on, as over a dome.
+    The first row goes up the slope, the second along the largest bend. The way is 0 where nothing is bent or the bend goes on, as
+    over a dome.
     """
     steps = np.arange(0.0, FARTHEST + STEP / 2, STEP)
-    bend = _bends(points, relief, steps)
+    both = [_end(bend, steps, relief.cell) for bend in _bends(points, relief, steps)]
+    return np.stack([way for way, _ in both]), np.stack([most for _, most in both])
+
+
+def _end(bend: Array, steps: Array, cell: float) -> tuple[Array, Array]:
+    """Return the way (n,), m, and the most (n,), 1/m, of bends (k, n) at steps (k,), cells."""
     most = np.maximum.accumulate(bend, axis=0)
     low = bend < most / 2
-    after, every = np.maximum(low.argmax(axis=0), 1), np.arange(len(points))
+    after, every = np.maximum(low.argmax(axis=0), 1), np.arange(bend.shape[1])
     top, before, behind = most[after, every], bend[after - 1, every], bend[after, every]
     way = steps[after - 1] + STEP * (before - top / 2) / np.maximum(before - behind, 1e-9)
     edge = low.any(axis=0) & (top > LEAST) & (way - steps[(bend == top).argmax(axis=0)] < ROUND)
-    return np.where(edge, way * relief.cell, 0.0), top
+    return np.where(edge, way * cell, 0.0), top
 
 
 def _bends(points: Array, relief: Relief, steps: Array) -> Array:
-    """Return the bends (k, n), 1/m, along the slope at points (n, 3), of the lowest membrane steps (k,), cells, up that slope."""
+    """Return the bends (2, k, n), 1/m, of the lowest membrane at steps (k,), cells, from points (n, 3): see `bends_along`."""
     from scipy.ndimage import find_objects
 
     seen = np.isfinite(relief.ceiling)
     part = find_objects(seen.astype(np.int64))[0]
     corner = np.array([p.start for p in part]) + relief.origin + 0.5
     heights = np.where(seen, relief.ceiling, np.nan)[part]
-    return bend_along(heights, (points[:, :2] / relief.cell - corner).T, steps, cell=relief.cell)
+    return bends_along(heights, (points[:, :2] / relief.cell - corner).T, steps, cell=relief.cell)

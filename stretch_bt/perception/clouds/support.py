@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.clouds.expected import TENSIONS
 
-__all__ = ["bend_along", "bends", "supported"]
+__all__ = ["bends", "bends_along", "supported"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -100,8 +100,10 @@ def bends(heights: Array, *, cell: float) -> tuple[Array, Array]:
     return bent.most, bent.least
 
 
-def bend_along(heights: Array, at: Array, steps: Array, *, cell: float) -> Array:
-    """Return how a surface bends along its slope (k, n), 1/m, positive where convex, as far up the slope from each place as the steps say.
+def bends_along(heights: Array, at: Array, steps: Array, *, cell: float) -> Array:
+    """Return how a surface bends (2, k, n), 1/m, positive where convex: up its slope, and along its largest bend, at steps from places.
+
+    The second counts where a surface falls to two sides, as beyond the end of a crest: its slope does not lead to that end.
 
     Parameters
     ----------
@@ -119,11 +121,18 @@ def bend_along(heights: Array, at: Array, steps: Array, *, cell: float) -> Array
         return np.asarray(map_coordinates(values, places, order=1, mode="nearest"))
 
     up = np.stack([there(slope, at) for slope in _derivatives(heights, ((1, 0), (0, 1)))])
-    up /= np.maximum(np.linalg.norm(up, axis=0), 1e-12)
-    weights = up[0] ** 2, up[1] ** 2, 2 * up[0] * up[1]
     seconds = [-d / cell**2 for d in _derivatives(heights, SECOND)]
-    places = at[:, None] + steps[:, None] * up[:, None]
-    return np.asarray(sum(w * there(d, places) for w, d in zip(weights, seconds, strict=True)))
+    xx, yy, xy = (there(d, at) for d in seconds)
+    turn = np.arctan2(2 * xy, xx - yy) / 2
+    most = np.stack([np.cos(turn), np.sin(turn)])
+    most *= np.where((most * up).sum(axis=0) < 0, -1.0, 1.0)
+
+    def along(way: Array) -> Array:
+        weights = way[0] ** 2, way[1] ** 2, 2 * way[0] * way[1]
+        places = at[:, None] + steps[:, None] * way[:, None]
+        return np.asarray(sum(w * there(d, places) for w, d in zip(weights, seconds, strict=True)))
+
+    return np.stack([along(up / np.maximum(np.linalg.norm(up, axis=0), 1e-12)), along(most)])
 
 
 def _derivatives(heights: Array, orders: tuple[tuple[int, int], ...]) -> list[Array]:
