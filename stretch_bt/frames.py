@@ -258,11 +258,13 @@ class DepthFrame(BriefRepr):
 
 
 def as_numbers(what: str, given: npt.ArrayLike) -> npt.NDArray[Any]:
-    """Return an array as it is; raises InvalidInput, which begins with `what`, for rows of different lengths."""
+    """Return an array as it is; raises InvalidInput, which begins with `what`, for rows of different lengths, or a mask of its own."""
+    if isinstance(given, np.ma.MaskedArray):  # nothing here would heed the mask
+        raise InvalidInput(f"{what} an array of numpy, not a masked one; write NaN, or 0 for depth, where the mask is")
     try:
         return np.asarray(given)
     except ValueError as error:
-        raise InvalidInput(f"{what} an array (h, w) of numbers: {error}") from None
+        raise InvalidInput(f"{what} an array of numbers: {error}") from None
 
 
 def as_reals(what: str, given: npt.ArrayLike, unit: str = "") -> npt.NDArray[np.float64]:

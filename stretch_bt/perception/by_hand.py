@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import Pose, as_length, as_numbers
+from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, Contact, FloatArray, LabelArray
 
 __all__ = ["contact_from_heights"]
@@ -42,7 +43,9 @@ def contact_from_heights(
     _check_unit(z, pixel)
     surface = _surface(z, pixel)
     known = np.isfinite(z)
+    check_stretch(stretch)
     shown, sure = _labelled(surface, known, stretch) if labels is None else _given(labels, known)
+    surface[shown == INVALID] = np.nan
     touching = surface[shown == CONTACT]
     if not len(touching):
         raise NoContact(
@@ -97,7 +100,7 @@ def _labelled(
 
 def _given(labels: npt.ArrayLike, known: npt.NDArray[np.bool_]) -> tuple[LabelArray, npt.NDArray[np.float32]]:
     """Return given labels, or a mask of the pixels in contact, as labels, and their certainty: 1 where a pixel is valid."""
-    given = np.asarray(labels)
+    given = as_numbers("labels are", labels)
     if given.shape != known.shape:
         raise InvalidInput(f"labels of heights {known.shape} have that shape, got {given.shape}")
     if given.dtype.kind == "b":

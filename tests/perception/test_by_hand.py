@@ -35,6 +35,16 @@ def test_what_is_not_seen_is_invalid():
     assert (made.hand_height, made.stretch) == (0.2, 0.01)
 
 
+def test_what_is_labelled_invalid_is_no_surface_of_the_contact():
+    labels = np.where(X**2 + Y**2 < 0.01**2, 2, 1)
+    labels[:10] = 255
+    given = CAP.copy()
+    made = Contact.from_heights(given, PIXEL, noise=1e-4, labels=labels)
+    assert np.isnan(made.surface[:10]).all()
+    assert np.isfinite(made.surface[10:]).all()
+    np.testing.assert_array_equal(given, CAP)
+
+
 @pytest.mark.parametrize("form", ["mask", "classes"])
 def test_labels_may_be_given(form):
     touching = X**2 + Y**2 < 0.01**2

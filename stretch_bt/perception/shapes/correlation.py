@@ -43,11 +43,11 @@ def _gridded(x: Array, y: Array, residuals: Array) -> tuple[Array, Array]:
     cell = max(cell, float(np.ptp(x)) / 400.0, float(np.ptp(y)) / 400.0)
     u, v = ((w - w.min()) / cell for w in (x, y))
     column, row = u.astype(np.intp), v.astype(np.intp)
-    image = np.zeros((int(row.max()) + 1, int(column.max()) + 1))
-    mask = np.zeros_like(image)
-    image[row, column] = residuals
-    mask[row, column] = 1.0
-    return image, mask
+    shape = int(row.max()) + 1, int(column.max()) + 1
+    at, size = row * shape[1] + column, shape[0] * shape[1]
+    count = np.bincount(at, minlength=size)
+    total = np.bincount(at, weights=residuals, minlength=size)
+    return (total / np.maximum(count, 1)).reshape(shape), (count > 0).astype(np.float64).reshape(shape)
 
 
 def _autocorrelation(image: Array, mask: Array) -> tuple[Array, Array]:

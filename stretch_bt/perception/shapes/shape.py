@@ -73,7 +73,8 @@ def fit_shape(
     Raises
     ------
     IllConditioned
-        The points do not determine the shape, or any shape; the reason of each is in the text.
+        The points do not determine the shape, or any shape, or the shape that explains them best is refused; the reason is in
+        the text.
     InvalidInput
         An array has the wrong shape, the noise is not a positive number, or there is no such shape.
     """
@@ -108,9 +109,12 @@ def _chosen(tried: list[_Fitted | Candidate], sight: Sight) -> Shape:
     evidence = {f.kind: _evidence(f.settled, scale, area) for f in settled}
     top = max(evidence.values())
     fits = {f.kind: f for f in settled if f.fit is not None}
-    reached = max(evidence[kind] for kind in fits)
-    chosen = next(f for kind, f in fits.items() if evidence[kind] >= reached - MARGIN)
-    assert chosen.fit is not None
+    chosen = next((f for kind, f in fits.items() if evidence[kind] >= top - MARGIN), None)
+    if chosen is None or chosen.fit is None:  # the others are worse explanations, however sure of themselves
+        first = next(f for f in settled if evidence[f.kind] == top)
+        raise IllConditioned(
+            f"these points look most like a {first.kind}, which is refused: {first.refused}; name a `shape` to fit it alone"
+        )
     ranking = [t if isinstance(t, Candidate) else Candidate(t.kind, evidence[t.kind] - top, t.refused) for t in tried]
     ranking.sort(key=lambda c: math.inf if c.evidence is None else -c.evidence)
     return Shape(chosen.kind, chosen.fit, chosen.settled.scale * sight.size, tuple(ranking))

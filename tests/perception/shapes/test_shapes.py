@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.strategies.fits import POINTS
@@ -189,3 +190,13 @@ def test_a_fifth_of_few_points_misleads_no_fit(count):
                 continue
             beyond[name] += abs(found.curvature - 1 / 15e-3) > 5 * found.curvature_sd
     assert max(beyond.values()) <= 2
+
+
+@pytest.mark.parametrize(("radius", "sd"), [(0.08, 3e-4), (0.12, 3e-4), (0.2, 1e-4)])
+def test_the_shape_that_explains_points_best_is_not_passed_over_under_shared_noise(radius, sd):
+    y, x = np.mgrid[-30:31, -30:31] * 0.4e-3
+    shared = gaussian_filter(np.random.default_rng(1).normal(size=x.shape), 3)
+    z = 0.2 + radius - np.sqrt(radius**2 - x**2) + shared * sd / shared.std()
+    found = fit_shape(np.stack([x, y, z], axis=-1).reshape(-1, 3), noise=SurfaceNoise(sd, 4 * np.pi * 9))
+    assert found.kind == "cylinder"
+    assert abs(abs(found.fit.curvature) - 1 / radius) < 4 * found.fit.curvature_sd
