@@ -17,7 +17,7 @@ from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import InvalidInput, StretchError, writable
 
-__all__ = ["app", "carry_out", "main"]
+__all__ = ["app", "carry_out", "main", "notes_of"]
 
 
 COMMANDS = Commands(cli)
@@ -119,6 +119,15 @@ def _check_given(words: list[str]) -> None:
             raise InvalidInput(f"{name} is empty; give it a value, or leave it out")
 
 
+def notes_of(error: BaseException | None) -> list[str]:
+    """Return the notes of an error and of those that it was raised from, as that fingers may go on."""
+    found: list[str] = []
+    while error is not None:
+        found += getattr(error, "__notes__", [])
+        error = error.__cause__ or error.__context__
+    return found
+
+
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
     for name in sys.argv[1:2]:
@@ -130,14 +139,16 @@ def carry_out() -> None:
         _check_given(sys.argv[1:])
         app()
     except StretchError as error:
-        if "--json" in sys.argv:
+        if "--json" in sys.argv and not stops.told:
             emit_json({"error": type(error).__name__, "reason": writable(error)})
         sys.exit(report_error(error))
     except OSError as error:
         stops.reason = _told(error)
         typer.secho(f"error: {stops.reason}", fg=typer.colors.RED, err=True)
         sys.exit(EXIT_BAD_INPUT)
-    except (KeyboardInterrupt, SystemExit):
+    except (KeyboardInterrupt, SystemExit) as stopped:
+        for note in notes_of(stopped):
+            typer.secho(writable(note), fg=typer.colors.RED, err=True)
         if not stops.names or stops.way == "note":
             raise
         raise KeyboardInterrupt from None

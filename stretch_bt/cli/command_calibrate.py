@@ -32,8 +32,9 @@ def command(
 
     if plot is not None and plot.suffix.lower() not in _PICTURES:
         raise InvalidInput(f"{plot}: a picture is one of {', '.join(_PICTURES)}; name it so")
-    if not out.parent.is_dir():
-        raise InvalidInput(f"{out}: there is no folder {out.parent}; make it first")
+    for path in filter(None, (out, plot)):
+        if not path.parent.is_dir():
+            raise InvalidInput(f"{path}: there is no folder {path.parent}; make it first")
     table = read_table(record / NAME if record.is_dir() else record)
     given = Measurements.of(table)
     found = calibrate(given, model, {"characterization": dict(table.provenance), "presses": len(given)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -47,6 +48,8 @@ def command(
         raise InvalidInput(
             f"{out}: {'it is there already' if out.exists() else 'there is no such folder'}; name another file with --out"
         )
+    if not os.access(out.parent, os.W_OK):
+        raise InvalidInput(f"{out}: its folder may not be written to; name another file with --out")
     wanted = hand_devices(spec)
     classes = [spec.devices[name].implementation.cls for name in wanted]
     if not (yes or classes[0].simulated):
@@ -63,9 +66,11 @@ def command(
         ),
     )
     fields = _fields(found, spec, frames)
-    with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
-        file.write(written(fields))
-    emit_json(fields) if json_ else _show(fields, out)
+    try:
+        with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
+            file.write(written(fields))
+    finally:  # minutes of the robot are not lost with a disk
+        emit_json(fields) if json_ else _show(fields, out)
 
 
 def _clock(classes: list[type[Driver]]) -> Clock:

@@ -31,7 +31,8 @@ def command(
 
     with redirect_stdout(sys.stderr):  # what nodes print must not get among the findings
         left = fix_files(files) if fix else []
-        findings = [*left, *(f for f in check(files, cell=cell) if f.code != "retired" or not left)]
+        said = {finding.file for finding in left if finding.severity == "error"}
+        findings = [*left, *(f for f in check(files, cell=cell) if f.code != "retired" or f.file not in said)]
     errors = [f for f in findings if f.severity == "error"]
     if json_:
         emit_json([f.to_json() for f in findings])

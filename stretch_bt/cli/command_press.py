@@ -39,6 +39,8 @@ def command(
         from stretch_bt.simulation.membrane.picture import check_picture
 
         check_picture(plot)  # before minutes of solving
+        if solver in ("hertz", "axisymmetric"):
+            raise InvalidInput("only the sheet solver has a surface to draw; leave out --solver, or --plot")
     try:
         result = press(
             indenter,
@@ -79,10 +81,7 @@ def _pair(option: str, text: str, kind: str) -> tuple[float, float]:
 
 def _draw(result: Any, path: Path) -> None:
     from stretch_bt.simulation.membrane.picture import save_press
-    from stretch_bt.simulation.membrane.sheet.result import SheetPress
 
-    if not isinstance(result.detail, SheetPress):
-        raise InvalidInput("only the sheet solver has a surface to draw; leave out --solver, or --plot")
     save_press(result.detail, path)
 
 

@@ -82,6 +82,8 @@ def report_error(error: StretchError) -> int:
             else "error"
         )
         typer.secho(f"{kind}: {writable(error)}", fg=typer.colors.RED, err=True)
+    for note in getattr(error, "__notes__", ()):
+        typer.secho(writable(note), fg=typer.colors.RED, err=True)
     return exit_code(error)
 
 

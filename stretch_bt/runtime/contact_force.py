@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.peak_force import Stopping, fastest_for, peak_force
 from stretch_bt.source import Mark
-from stretch_bt.tree.flow import Leaf
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["hard_contact"]
@@ -17,15 +16,17 @@ __all__ = ["hard_contact"]
 _FORCE, _SPEED, _STIFFNESS = KINDS["Force"], KINDS["Speed"], KINDS["Stiffness"]
 
 
-def hard_contact(spec: CellSpec, part: Leaf, where: str, limit: str, speed: float, mark: Mark) -> Iterator[Diagnostic]:
+def hard_contact(
+    spec: CellSpec, devices: Sequence[str], where: str, limit: str, speed: float, mark: Mark
+) -> Iterator[Diagnostic]:
     """Yield that something which a motion meets may feel more than the cell allows.
 
     Parameters
     ----------
     spec
         The cell.
-    part
-        The node that moves the arm.
+    devices
+        Names of the devices of the node that moves the arm, as the cell has them.
     where
         The port of its speed, for the message.
     limit
@@ -36,7 +37,7 @@ def hard_contact(spec: CellSpec, part: Leaf, where: str, limit: str, speed: floa
     mark
         Where that is written.
     """
-    stopping, limits = _stopping(spec, part), spec.limits
+    stopping, limits = _stopping(spec, devices), spec.limits
     if stopping is None or (limit != "contact_speed" and limits.contact is not None):
         return
     found = peak_force(speed, limits.stiffness, limits.force, stopping)
@@ -51,9 +52,9 @@ def hard_contact(spec: CellSpec, part: Leaf, where: str, limit: str, speed: floa
     yield mark.warning("cell-force", message, _remedy(spec, stopping, speed))
 
 
-def _stopping(spec: CellSpec, part: Leaf) -> Stopping | None:
+def _stopping(spec: CellSpec, devices: Sequence[str]) -> Stopping | None:
     """Return how the arm that a node uses stops; None without one, or where the arm is not real."""
-    for name in part.devices.values():
+    for name in devices:
         device = spec.devices.get(name)
         if device is not None and (found := device.options.stopping(spec.limits)) is not None:
             return found

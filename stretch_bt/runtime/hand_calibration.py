@@ -17,6 +17,7 @@ from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.hand_eye import HandView, view_of_hand
+from stretch_bt.runtime.pending_finally import raise_besides
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.units import Estimate
 
@@ -95,7 +96,7 @@ def calibrate_hand(
     devices: Mapping[str, Any] = cell.devices
     gripper, camera = (devices[name] for name in hand_devices(cell.spec))
     span, speed = cell.spec.span("stretch"), min(speed, cell.spec.limits.gripper_speed)
-    geometry, found = cell.hand.geometry, list[Stop]()
+    geometry, found, raised = cell.hand.geometry, list[Stop](), list[BaseException]()
     try:
         for stretch in np.linspace(max(span[0], 0.0), span[1], stops):
             _go(gripper, geometry.opening(float(stretch)), speed, clock)
@@ -111,11 +112,13 @@ def calibrate_hand(
             found.append(Stop(told, count, view))
             said(f"stretch {1e3 * stretch:.1f} mm: the membrane is {1e3 * view.length:.2f} mm long")
         _go(gripper, geometry.opening(max(span[0], 0.0)), speed, clock)
+    except BaseException as error:
+        raised.append(error)
+        raise
     finally:
         with unbroken():
             errors = cell.stop()
-        for error in errors:
-            said(str(error))  # such as that the fingers may go on
+        raise_besides(raised, errors)  # such as that the fingers may go on
     return _fitted(found, geometry.opening(0.0), span)
 
 

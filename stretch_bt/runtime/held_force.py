@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.source import Mark
-from stretch_bt.tree.flow import Leaf
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["HELD", "unheld_force"]
@@ -17,15 +16,15 @@ __all__ = ["HELD", "unheld_force"]
 HELD = ("held_force", "lowered_force")
 
 
-def unheld_force(spec: CellSpec, part: Leaf, where: str, limit: float, mark: Mark) -> Iterator[Diagnostic]:
+def unheld_force(spec: CellSpec, devices: Sequence[str], where: str, limit: float, mark: Mark) -> Iterator[Diagnostic]:
     """Yield that the arm's force is too noisy to hold a limit, N, where no force sensor of the cell holds it.
 
     Parameters
     ----------
     spec
         The cell.
-    part
-        The node that moves the arm.
+    devices
+        Names of the devices of the node that moves the arm, as the cell has them.
     where
         The port of the limit, for the message.
     limit
@@ -33,7 +32,7 @@ def unheld_force(spec: CellSpec, part: Leaf, where: str, limit: float, mark: Mar
     mark
         Where that is written.
     """
-    used = [spec.devices[name] for name in part.devices.values() if name in spec.devices]
+    used = [spec.devices[name] for name in devices if name in spec.devices]
     if any(device.type == "ForceSensor" for device in used):
         return
     for device in used:

@@ -140,6 +140,7 @@ class MockNode(FlowNode):
         self.runs += 1
         self.due: Status | None = None
         self.time = Countdown(self.context, self.rule.after)
+        self.values = [(cell, next(values)) for cell, values in self.outputs]
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run until the time is over, then write and end."""
@@ -148,8 +149,7 @@ class MockNode(FlowNode):
             return Status.RUNNING
         status = self._status()
         if status is Status.SUCCESS:
-            for cell, values in self.outputs:
-                value = next(values)
+            for cell, value in self.values:
                 if value is None:
                     cell.unset(self.path)
                 else:

@@ -213,10 +213,13 @@ class OpenCell:
         Raises the worst error on the way once all is closed, a DeviceFault before anything else.
         """
         errors: list[BaseException] = []
-        with unbroken():
-            if self._cell is not None:
-                errors = self._closed(self._cell)
-            atexit.unregister(self.close)
+        try:
+            with unbroken():
+                if self._cell is not None:
+                    errors = self._closed(self._cell)
+                atexit.unregister(self.close)
+        except KeyboardInterrupt as stopped:  # it came meanwhile
+            errors.append(stopped)
         self.between.end()
         if errors:
             raise worst_of(errors)

@@ -15,7 +15,7 @@ from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
 
-__all__ = ["FinallyTicker", "PendingFinally", "worst_of"]
+__all__ = ["FinallyTicker", "PendingFinally", "raise_besides", "worst_of"]
 
 
 class FinallyTicker:
@@ -180,6 +180,19 @@ class PendingFinally:
         """Return what broke since this was asked last."""
         errors, self.errors = self.errors, []
         return errors
+
+
+def raise_besides(raised: Sequence[BaseException], errors: Sequence[BaseException]) -> None:
+    """Raise the worst of what is raised already, one or none, and of errors since; a signal stays one, with them as its notes."""
+    if not errors:
+        return
+    if raised and isinstance(raised[0], KeyboardInterrupt):
+        for error in errors:
+            raised[0].add_note(str(error))
+        return
+    worst = worst_of([*raised, *errors])
+    if worst not in raised:
+        raise worst
 
 
 def worst_of(errors: Sequence[BaseException]) -> BaseException:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +137,7 @@ class _Asked:
         if not isinstance(part, Leaf):
             return
         self.moves = self.moves or part.info.cls.kind == "actuation"
+        devices = [builder.frame.devices.get(name, name) for name in part.devices.values()]
         for declared in part.info.of(Role.INPUT):
             if declared.limit is not None:
                 wire = part.inputs.get(declared.name)
@@ -144,9 +145,9 @@ class _Asked:
                 mark = part.mark if wire is None else self._written(wire, builder.frame.path)
                 self._hold(path, declared, declared.limit, value, mark)
                 if declared.limit in HELD and isinstance(value, int | float):
-                    self.found += unheld_force(self.spec, part, f"{path}: {declared.name}", value, mark)
+                    self.found += unheld_force(self.spec, devices, f"{path}: {declared.name}", value, mark)
                 if declared.limit in _SPEEDS:
-                    self._meet(path, part, declared, value, mark)
+                    self._meet(path, devices, declared, value, mark)
 
     def _written(self, wire: Wire, frame: str) -> Mark:
         """Return the place where the value of a wire is written: the place in the outermost call that hands it down."""
@@ -162,7 +163,7 @@ class _Asked:
         """Leave every condition as it is."""
         return None
 
-    def _meet(self, path: str, part: Leaf, declared: Port, value: Any, mark: Mark) -> None:
+    def _meet(self, path: str, devices: Sequence[str], declared: Port, value: Any, mark: Mark) -> None:
         """Note how hard the motion may meet something at the highest speed that it can have in a run."""
         assert declared.limit is not None
         allowed = self.spec.span(declared.limit)[1]
@@ -170,7 +171,7 @@ class _Asked:
         if value is MISSING:
             most = allowed if most is None else min(most, allowed)
         if most is not None and most <= allowed + _ROUNDING:  # a faster one is an error already
-            self.found += hard_contact(self.spec, part, f"{path}: {declared.name}", declared.limit, most, mark)
+            self.found += hard_contact(self.spec, devices, f"{path}: {declared.name}", declared.limit, most, mark)
 
     def _hold(self, path: str, declared: Port, limit: str, value: Any, mark: Mark) -> None:
         if value is None or (value is MISSING and limit in _FITTING):

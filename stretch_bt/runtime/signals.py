@@ -104,6 +104,12 @@ class First:
 
 @contextmanager
 def unbroken() -> Iterator[None]:
-    """Go through the block whatever signals come; for code that stops devices, as the signals ask."""
+    """Go through the block whatever signals come, then pass the first of them on; for code that stops devices, as the signals ask."""
+    before = len(came) if _receivers else 0
     with signals(lambda _: None):
         yield
+    for name in came[before : before + 1]:
+        if _receivers:
+            _receivers[-1](name)
+        else:  # to the handler that was there before
+            signal.raise_signal(signal.Signals[name])

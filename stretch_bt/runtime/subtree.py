@@ -177,7 +177,7 @@ class Subtree(py_trees.behaviour.Behaviour):
             clock.follow(self.period)
         elif isinstance(clock, VirtualClock) and clock.now() <= self._ticked_at + _ROUNDING:
             self._advance(period)
-        if last is None:
+        if not self._context.ticks:
             self._context.start = clock.now()
         self._ticked_at = clock.now()
 
@@ -211,7 +211,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         assert built is not None
         errors = [*ticker.errors, *shut_down(built)]
         if errors:
-            raise errors[0]
+            raise worst_of(errors)
         if ticker.failed and self._ended is Status.SUCCESS:
             self.feedback_message = f"the task was done, but its finally failed: {ticker.failed}"
             return Status.FAILURE

@@ -15,7 +15,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.runtime.borrowed_devices import BorrowedDevices, borrow
 from stretch_bt.runtime.context import Commanded, Seen
-from stretch_bt.runtime.foreign_nodes import kept_for
+from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.result import keys_of_main, unmet_of
@@ -72,7 +72,7 @@ class TickedTask:
             self._runner = Runner(
                 task.built,
                 task.context,
-                self._clock,
+                paced_for(task.built, self._clock),
                 period=task.program.document.tick_period,
                 cell=cell,
                 watchers=[self._changes],

@@ -206,3 +206,14 @@ def test_a_task_on_devices_knows_the_truth_of_their_scene_and_is_ticked_again(op
     result = stretch_bt.run(tree, devices=dict(opened.devices), out=tmp_path / "record")
     assert result.truth["h0"]["value"] == pytest.approx(60.0, abs=0.1)
     assert replay(tmp_path / "record").identical
+
+
+def test_a_safe_stop_stops_the_arm_first(opened, monkeypatch):
+    order = []
+    for name, device in opened.devices.items():
+        stop = device.stop
+        monkeypatch.setattr(device, "stop", lambda name=name, stop=stop: (order.append(name), stop())[1])
+    lent = opened.lend({name: opened.devices[name] for name in sorted(opened.devices, key=lambda name: name == "arm")})
+    assert lent.stop() == []
+    assert order[0] == "arm"
+    assert len(order) == len(opened.devices)

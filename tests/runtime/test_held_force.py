@@ -105,3 +105,25 @@ def test_a_limit_of_the_cell_under_the_noise_is_refused_in_its_file(findings, mo
         assert (finding["line"], finding["column"]) == (11, 17)
         assert finding["code"] == "out-of-bounds"
         assert "N or more" in finding["hint"]
+
+
+def test_a_call_with_another_arm_is_held_against_that_arm(tmp_path):
+    left, arm = ur("ur5"), ur("ur5e")
+    cell = arm.replace(
+        "limits:", left[left.index("  arm:") : left.index("limits:")].replace("arm:", "left:", 1) + "limits:"
+    )
+    (tmp_path / "cell.yaml").write_text(cell.replace("192.168.1.10", "192.168.1.11", 1))
+    (tmp_path / "lib.yaml").write_text(
+        "format: stretch-tree/1\ntrees: {go: {keys: {touch: Touch}, sequence: [set: {touch: none}, press: {depth: 2 mm, max_force: 1 N}]}}\n"
+    )
+    for name, refused in (("left", True), ("arm", False)):
+        (tmp_path / "tree.yaml").write_text(
+            "format: stretch-tree/1\nimports: {lib: lib.yaml}\ndevices: {arm: Arm, left: Arm}\n"
+            f"trees: {{main: {{sequence: [lib.go: {{arm: {name}}}, wait: {{duration: 1 s}}]}}}}\n"
+        )
+        done = CliRunner().invoke(
+            app, ["check", str(tmp_path / "tree.yaml"), "--cell", str(tmp_path / "cell.yaml"), "--json"]
+        )
+        found = [d["message"] for d in json.loads(done.stdout) if "too noisy" in d["message"]]
+        assert len(found) == refused, done.stdout
+        assert all("'left'" in message for message in found)

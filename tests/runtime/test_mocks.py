@@ -82,6 +82,7 @@ RULES = {
     f"{LOOK}, outputs: {{height: [4 mm, 1 mm]}}, then: fail": ("SUCCESS", 99.0),
     f"{LOOK}, status: failure": ("SUCCESS", 99.0),
     f"{LOOK}, status: [failure, failure, success], outputs: {{height: 3 mm}}": ("SUCCESS", 3.0),
+    f"{LOOK}, status: [failure, success], outputs: {{height: [1 mm, 1 mm, 4 mm]}}": ("SUCCESS", 4.0),
     f"{LOOK}, status: [success, failure], outputs: {{height: 3 mm}}": ("SUCCESS", 99.0),
     f"{LOOK}, status_when: passes > 1, outputs: {{height: 3 mm}}": ("SUCCESS", 3.0),
     f"{LOOK}, status_when: passes < 2, outputs: {{height: 3 mm}}": ("SUCCESS", 99.0),

@@ -461,3 +461,27 @@ def test_a_signal_while_a_cell_closes_ends_what_is_owed(opened, task, monkeypatc
         opened.close()
     assert opened.clock.now() - began < 1.0
     assert MarkForTest.marks == []
+
+
+def test_a_signal_while_a_cell_closes_is_heard_by_what_comes_after(opened, monkeypatch):
+    stop = opened.arm.driver.stop
+
+    def struck() -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        stop()
+
+    opened.arm.move(opened.arm.pose(1.0).value, speed=0.01, owner="by hand")
+    monkeypatch.setattr(opened.arm.driver, "stop", struck)
+    with pytest.raises(KeyboardInterrupt):
+        opened.close()
+    opened.close()
+
+
+def test_the_time_of_a_task_counts_from_its_begin_also_where_it_waited_for_what_was_owed(opened, task):
+    opened.clock.advance(5.0)
+    end = "  main:\n    sequence: [wait: {duration: 9 s}]\n    finally: [wait: {duration: 0.3 s}]\n"
+    a = stretch_bt.subtree(task(end, "a"), opened)
+    b = stretch_bt.subtree(task("  main: {sequence: [check: task.time < 0.2 s]}\n", "b"), opened)
+    a.tick_once()
+    a.stop(Status.INVALID)
+    assert ticked(b) is Status.SUCCESS, b.feedback_message

@@ -3,10 +3,12 @@
 import os
 import signal
 import sys
+from contextlib import nullcontext
 
 import pytest
 
-from stretch_bt.runtime.signals import signals
+from stretch_bt.errors import DeviceFault, DeviceLost, StretchError
+from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.use_cell import use_cell
 
 #: whose instants are tried: those at which the interpreter looks at signals
@@ -25,6 +27,7 @@ class Opened:
 
     def close(self):
         self.open -= 1
+        return []
 
 
 def raised(name):
@@ -61,3 +64,49 @@ def test_a_signal_at_any_instant_leaves_no_device_open(behind):
         cell = Opened()
         used(cell, first, first + behind)
         assert cell.open == 0, first
+
+
+LOST = DeviceLost("gripper", "the fingers may go on")
+
+
+class Broken(Opened):
+    """A cell with a device that cannot be stopped."""
+
+    def close(self):
+        return [StretchError("a file is full"), LOST]
+
+
+@pytest.mark.parametrize(
+    ("ends", "kind"),
+    [
+        (None, DeviceLost),
+        (StretchError("too old"), DeviceLost),
+        (DeviceFault("arm", "protective stop"), DeviceFault),
+        (KeyboardInterrupt("SIGINT"), KeyboardInterrupt),
+    ],
+)
+def test_what_breaks_in_closing_is_told(ends, kind):
+    def use(_):
+        if ends is not None:
+            raise ends
+
+    with pytest.raises(kind) as raised:
+        use_cell(Broken().opening, use)
+    said = [str(raised.value), *raised.value.__notes__]
+    assert any("the fingers may go on" in text for text in said)
+    assert any("a file is full" in text for text in said)
+
+
+@pytest.mark.parametrize("outer", [True, False])
+def test_a_signal_in_what_is_not_broken_off_is_passed_on_after_it(outer):
+    done = []
+
+    def stopped():
+        with unbroken():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            done.append("stopped")
+
+    with pytest.raises(KeyboardInterrupt), nullcontext() if outer else signals(raised):
+        stopped()
+    assert done == ["stopped"]

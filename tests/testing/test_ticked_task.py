@@ -225,3 +225,12 @@ def test_a_device_of_another_kind_is_refused(tmp_path, scripted_device):
     path.write_text("format: stretch-tree/1\ndevices: {arm: Arm}\ntrees: {main: {retract: {clearance: 10 mm}}}\n")
     with pytest.raises(InvalidInput, match="'arm', a device of kind Arm, and was given one of kind Gripper; give each"):
         run(path, devices={"arm": scripted_device("Gripper")}, record="none")
+
+
+def test_a_behaviour_that_counts_the_time_of_the_machine_gets_it(tick_task, tmp_path):
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        "format: stretch-tree/1\nimports: {timer: py_trees.timers.Timer}\n"
+        "trees: {main: {sequence: [timer: {duration: 0.3}, wait: {duration: 1 s}]}}\n"
+    )
+    tick_task(path).until("main/wait", within="3 s")
