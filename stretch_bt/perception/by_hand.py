@@ -43,6 +43,7 @@ def contact_from_heights(
     surface = _surface(z, pixel)
     known = np.isfinite(z)
     shown, sure = _labelled(surface, known, stretch) if labels is None else _given(labels, known)
+    surface[shown == INVALID] = np.nan
     touching = surface[shown == CONTACT]
     if not len(touching):
         raise NoContact(
