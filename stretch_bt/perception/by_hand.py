@@ -98,7 +98,7 @@ def _labelled(
 
 def _given(labels: npt.ArrayLike, known: npt.NDArray[np.bool_]) -> tuple[LabelArray, npt.NDArray[np.float32]]:
     """Return given labels, or a mask of the pixels in contact, as labels, and their certainty: 1 where a pixel is valid."""
-    given = np.asarray(labels)
+    given = as_numbers("labels are", labels, "labels.filled(255), or filled(False) where they are bool")
     if given.shape != known.shape:
         raise InvalidInput(f"labels of heights {known.shape} have that shape, got {given.shape}")
     if given.dtype.kind == "b":

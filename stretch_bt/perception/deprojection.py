@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_kind, check_numbers
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.frames import DepthFrame, Intrinsics, Pose, are_finite
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, are_finite, as_numbers
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.surface import check_array
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -76,7 +76,9 @@ def points_of(
 
 def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
     """Return the depth image (h, w), m, of an array or frame, and where it is valid; raises InvalidInput."""
-    image: npt.NDArray[Any] = depth.depth if isinstance(depth, DepthFrame) else _array(depth)
+    image: npt.NDArray[Any] = (
+        depth.depth if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth, "depth.filled(0)")
+    )
     if image.ndim != 2:
         raise InvalidInput(f"a depth image has shape (h, w), got {image.shape}")
     if image.dtype.kind != "f":
@@ -90,13 +92,6 @@ def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
     if some.size and not PLAUSIBLE[0] <= quantile(some) <= PLAUSIBLE[1]:
         raise InvalidInput(f"a depth image is in metres; a median of {quantile(some):.3g} m is another unit")
     return image, valid
-
-
-def _array(values: FloatArray) -> npt.NDArray[Any]:
-    try:
-        return np.asarray(values)
-    except ValueError as error:
-        raise InvalidInput(f"a depth image has rows of one length: {error}") from error
 
 
 @lru_cache(maxsize=16)

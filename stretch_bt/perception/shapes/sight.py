@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.frames import as_numbers
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
 from stretch_bt.units import is_number
@@ -146,7 +147,7 @@ def _checked(points: FloatArray, rays: FloatArray | None, name: str) -> tuple[Ar
 
 
 def _floats(values: FloatArray, what: str) -> Array:
-    array = np.asarray(values)
+    array = as_numbers(what, values)
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] != 3:
         raise InvalidInput(f"{what} numbers of shape (n, 3) in m, got {array.dtype} {array.shape}")
     return array.astype(np.float64)
