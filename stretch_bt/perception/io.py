@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_path
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.frames import DepthFrame, Intrinsics, as_reals
 from stretch_bt.source.arrays import load_arrays
 from stretch_bt.source.bounds import MAX_IMAGE, read_bytes
 from stretch_bt.source.png import check_png
@@ -96,7 +96,9 @@ def _read_stack(
     wanted = [key, times] if isinstance(times, str) else [key]
     try:
         found = load_arrays(Path(path), wanted)
-        stamps = found[times] if isinstance(times, str) else times
-        return found[key], np.asarray(stamps, dtype=np.float64)
     except (OSError, TypeError) as error:
         raise InvalidInput(f"{path} is not an npz file that can be read: {error}") from error
+    stamps = as_reals("times are", found[times] if isinstance(times, str) else times, "s")
+    if stamps.ndim != 1:
+        raise InvalidInput(f"times are one time for each frame, s, got an array of shape {stamps.shape}")
+    return found[key], stamps

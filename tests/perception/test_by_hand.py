@@ -63,6 +63,13 @@ def test_the_examples_run():
     assert (found.failed, found.attempted > 0) == (0, True)
 
 
+def test_a_stretch_is_checked_with_labels_as_without():
+    for stretch in ("40 mm", 40.0, -0.01, np.nan):
+        for labels in (None, CAP > 3e-3):
+            with pytest.raises(InvalidInput, match="a stretch is from 0 to"):
+                Contact.from_heights(CAP, PIXEL, noise=1e-4, labels=labels, stretch=stretch)
+
+
 def test_text_with_a_unit_and_ragged_rows():
     heights = np.zeros((40, 40))
     heights[15:25, 15:25] = 2e-3

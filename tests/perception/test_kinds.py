@@ -27,6 +27,7 @@ ODD = {
     "below 0": -1.0,
     "a list of nothing": [],
     "a list of None": [None],
+    "rows of different lengths": [[0, 0, 0], [1, 2]],
     "a mapping": {},
     "objects": np.array([[None, "x"], [1, 2]], dtype=object),
     "no number": np.array(3.0),
