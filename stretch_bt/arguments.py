@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral
 from typing import Any
 
+import numpy as np
+
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.units import Estimate, is_number
 
@@ -18,6 +20,7 @@ __all__ = [
     "check_kind",
     "check_numbers",
     "check_path",
+    "check_unmasked",
     "checked_seed",
 ]
 
@@ -97,6 +100,12 @@ def check_counts(least: int, **given: object) -> None:
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < least:
             raise InvalidInput(f"{name} is a whole number from {least} on, not {_brief(value)}")
+
+
+def check_unmasked(said: str, given: object, give: str = "array.filled(numpy.nan)") -> None:
+    """Raise InvalidInput, which begins with `said`, for an array with a mask of its own, which nothing here would heed."""
+    if isinstance(given, np.ma.MaskedArray):
+        raise InvalidInput(f"{said} an array without a mask, got a masked one; give {give}")
 
 
 def check_estimates(**given: object) -> None:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.arguments import check_counts, check_kind, check_numbers
+from stretch_bt.arguments import check_counts, check_kind, check_numbers, check_unmasked
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.units import KINDS, Force, Length, Time, is_number
@@ -189,6 +189,7 @@ class DepthFrame(BriefRepr):
             raise InvalidInput(
                 f"a depth image is an array of numpy, not {shown(self.raw)[:80]}; give numpy.asarray(raw)"
             )
+        check_unmasked("a depth image is", self.raw, "raw.filled(0)")
         if self.raw.ndim != 2 or self.raw.shape != expected:
             raise InvalidInput(f"a depth image of shape {expected} fits these intrinsics, got {self.raw.shape}")
         if self.raw.dtype != np.uint16:
@@ -257,18 +258,21 @@ class DepthFrame(BriefRepr):
         return self.raw * np.float32(self.unit)
 
 
-def as_numbers(what: str, given: npt.ArrayLike) -> npt.NDArray[Any]:
-    """Return an array as it is; raises InvalidInput, which begins with `what`, for rows of different lengths, or a mask of its own."""
-    if isinstance(given, np.ma.MaskedArray):  # nothing here would heed the mask
-        raise InvalidInput(f"{what} an array of numpy, not a masked one; write NaN, or 0 for depth, where the mask is")
+def as_numbers(what: str, given: npt.ArrayLike, give: str = "array.filled(numpy.nan)") -> npt.NDArray[Any]:
+    """Return an array as it is; raises InvalidInput, which begins with `what`, for rows of different lengths or a mask.
+
+    `give` says what to give in place of an array with a mask.
+    """
+    check_unmasked(what, given, give)
     try:
         return np.asarray(given)
     except ValueError as error:
-        raise InvalidInput(f"{what} an array of numbers: {error}") from None
+        raise InvalidInput(f"{what} an array whose rows have one length: {error}") from None
 
 
 def as_reals(what: str, given: npt.ArrayLike, unit: str = "") -> npt.NDArray[np.float64]:
     """Return real numbers in double precision; raises InvalidInput, which begins with `what`, for anything else."""
+    check_unmasked(what, given, "the values that are known")
     try:
         return np.asarray(given).astype(np.float64, casting="same_kind")
     except (TypeError, ValueError):
@@ -286,7 +290,7 @@ def as_length(what: str, given: float | str) -> float:
 
 def _counts(depth: npt.ArrayLike, unit: float) -> npt.NDArray[np.uint16]:
     """Return a depth image in counts, 0 where it is invalid."""
-    image = as_numbers("a depth image is", depth)
+    image = as_numbers("a depth image is", depth, "depth.filled(0)")
     if image.ndim != 2 or image.dtype.kind not in "iuf":
         raise InvalidInput(f"a depth image is an array (h, w) of numbers, got {image.dtype} {image.shape}")
     if not (math.isfinite(unit) and unit > 0):

@@ -40,6 +40,7 @@ def contact_from_heights(
         raise InvalidInput(
             f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm"
         )
+    check_stretch(stretch)
     _check_unit(z, pixel)
     surface = _surface(z, pixel)
     known = np.isfinite(z)
@@ -100,7 +101,7 @@ def _labelled(
 
 def _given(labels: npt.ArrayLike, known: npt.NDArray[np.bool_]) -> tuple[LabelArray, npt.NDArray[np.float32]]:
     """Return given labels, or a mask of the pixels in contact, as labels, and their certainty: 1 where a pixel is valid."""
-    given = as_numbers("labels are", labels)
+    given = as_numbers("labels are", labels, "labels.filled(255), or filled(False) where they are bool")
     if given.shape != known.shape:
         raise InvalidInput(f"labels of heights {known.shape} have that shape, got {given.shape}")
     if given.dtype.kind == "b":

@@ -76,7 +76,9 @@ def points_of(
 
 def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
     """Return the depth image (h, w), m, of an array or frame, and where it is valid; raises InvalidInput."""
-    image: npt.NDArray[Any] = depth.depth if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth)
+    image: npt.NDArray[Any] = (
+        depth.depth if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth, "depth.filled(0)")
+    )
     if image.ndim != 2:
         raise InvalidInput(f"a depth image has shape (h, w), got {image.shape}")
     if image.dtype.kind != "f":

@@ -100,5 +100,5 @@ def _read_stack(
         raise InvalidInput(f"{path} is not an npz file that can be read: {error}") from error
     stamps = as_reals("times are", found[times] if isinstance(times, str) else times, "s")
     if stamps.ndim != 1:
-        raise InvalidInput(f"times are one number a frame, s, got an array of shape {stamps.shape}")
+        raise InvalidInput(f"times are one time for each frame, s, got an array of shape {stamps.shape}")
     return found[key], stamps

@@ -66,7 +66,9 @@ class Reference:
         self._mean = None
 
     def _image(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[FloatArray, MaskArray]:
-        whole: npt.NDArray[Any] = depth.raw if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth)
+        whole: npt.NDArray[Any] = (
+            depth.raw if isinstance(depth, DepthFrame) else as_numbers("a depth image is", depth, "depth.filled(0)")
+        )
         if self.learned and whole.shape != self._sum.shape:
             raise InvalidInput(f"the reference is of images of shape {self._sum.shape}, got {whole.shape}")
         if isinstance(depth, DepthFrame):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_unmasked
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
@@ -140,8 +141,7 @@ def check_array(what: str, given: object) -> None:
     """Raise InvalidInput unless something is an array of numpy without a mask of its own, which nothing here would heed."""
     if not isinstance(given, np.ndarray):
         raise InvalidInput(f"{what} is an array of numpy, got {type(given).__name__}; give numpy.asarray({what})")
-    if isinstance(given, np.ma.MaskedArray):
-        raise InvalidInput(f"{what} is an array without a mask, got a masked one; give {what}.filled(numpy.nan)")
+    check_unmasked(f"{what} is", given, f"{what}.filled(numpy.nan)")
 
 
 def check_points(points: FloatArray, *masks: MaskArray) -> None:
@@ -160,6 +160,7 @@ def check_labels(labels: LabelArray, points: FloatArray) -> None:
     if not isinstance(labels, np.ndarray) or labels.dtype != np.uint8:
         kind = getattr(labels, "dtype", type(labels).__name__)
         raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {kind}")
+    check_unmasked("labels are", labels, "labels.filled(255)")
     if labels.shape != points.shape[:2]:
         raise InvalidInput(f"labels need the shape of the frame, {points.shape[:2]}, got {labels.shape}")
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_unmasked
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
 from stretch_bt.units import Estimate, is_number
@@ -55,6 +56,7 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     if not (is_number(share) and -1.0 < share < 1.0):
         raise InvalidInput(f"share is a correlation between -1 and 1, got {shown(share)[:80]}")
     for what, given in (("along_i", along_i), ("along_j", along_j)):
+        check_unmasked(f"{what} is", given, "the values that are known")
         if (
             not isinstance(given, np.ndarray)
             or given.shape != np.shape(along_i)

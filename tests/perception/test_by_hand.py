@@ -54,9 +54,30 @@ def test_labels_may_be_given(form):
     assert (made.confidence == 1).all()
 
 
+def test_pixels_labelled_invalid_are_as_if_not_seen():
+    """A bump that the labels left out was measured all the same: the surface still held it."""
+    y, x = np.mgrid[-80:81, -60:61] * 0.5e-3
+    bumps = [np.maximum(6e-3 - (x**2 + (y - middle) ** 2) / 40e-3, 0.0) for middle in (-0.02, 0.02)]
+    heights, left_out = sum(bumps), bumps[1] > 0
+    given, labels = heights.copy(), np.where(bumps[0] > 3e-3, 2, np.where(left_out, 255, 0))
+    made = Contact.from_heights(given, 0.5e-3, noise=1e-4, labels=labels)
+    unseen = Contact.from_heights(np.where(left_out, np.nan, heights), 0.5e-3, noise=1e-4, labels=labels)
+    for field in ("points", "rays", "labels", "surface", "confidence"):
+        np.testing.assert_array_equal(getattr(made, field), getattr(unseen, field))
+    assert np.isnan(made.surface[left_out]).all()
+    np.testing.assert_array_equal(given, heights)
+
+
 def test_the_examples_run():
     found = doctest.testmod(types)
     assert (found.failed, found.attempted > 0) == (0, True)
+
+
+def test_a_stretch_is_checked_with_labels_as_without():
+    for stretch in ("40 mm", 40.0, -0.01, np.nan):
+        for labels in (None, CAP > 3e-3):
+            with pytest.raises(InvalidInput, match="a stretch is from 0 to"):
+                Contact.from_heights(CAP, PIXEL, noise=1e-4, labels=labels, stretch=stretch)
 
 
 def test_text_with_a_unit_and_ragged_rows():

@@ -93,6 +93,24 @@ def test_files_that_are_no_stack_are_refused_before_the_first_frame(tmp_path, ar
         load_depth_stack(path, unit=1e-4, intrinsics=LENS, key="z", times="t")
 
 
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        (["a", "b"], "times"),
+        ([[0.0], [0.0, 0.1]], "times"),
+        ([None, 0.1], "times"),
+        (np.zeros((2, 2)), r"one time for each frame.*\(2, 2\)"),
+        (0.5, r"one time for each frame.*\(\)"),
+        ("z", r"one time for each frame.*\(2, 6, 8\)"),
+        ("words", "times"),
+    ],
+)
+def test_times_that_are_no_row_of_numbers_are_refused_before_the_first_frame(tmp_path, times, said):
+    np.savez(tmp_path / "stack.npz", **GOOD, words=np.array(["a", "b"]))
+    with pytest.raises(InvalidInput, match=said):
+        load_depth_stack(tmp_path / "stack.npz", unit=1e-4, intrinsics=LENS, key="z", times=times)
+
+
 @pytest.mark.parametrize("unit", [0.0, -1e-4, 1.0, float("nan")])
 def test_a_unit_that_is_not_metres_a_count_is_refused(tmp_path, unit):
     with pytest.raises(InvalidInput, match="metres"):

@@ -11,7 +11,7 @@ import pytest
 from stretch_bt import perception
 from stretch_bt.accuracy.perception.noise import WHITE_05, observe
 from stretch_bt.accuracy.perception.view import Press, seen
-from stretch_bt.errors import NoAnswer, StretchError
+from stretch_bt.errors import InvalidInput, NoAnswer, StretchError
 from stretch_bt.frames import Pose
 from stretch_bt.perception.types import INVALID
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -27,6 +27,7 @@ ODD = {
     "below 0": -1.0,
     "a list of nothing": [],
     "a list of None": [None],
+    "rows of different lengths": [[0, 0, 0], [1, 2]],
     "a mapping": {},
     "objects": np.array([[None, "x"], [1, 2]], dtype=object),
     "no number": np.array(3.0),
@@ -132,6 +133,16 @@ def test_the_table_calls_each_function_as_it_is_meant(name, given):
     if not name.startswith("load_"):
         with suppress(NoAnswer):  # this one frame carries no answer to some
             CALLS[name](**arguments(name, given))
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_an_array_with_a_mask_of_its_own_is_refused_rather_than_read_below_it(name, given):
+    these = arguments(name, given)
+    for parameter, array in these.items():
+        if isinstance(array, np.ndarray):
+            masked = np.ma.masked_array(array, mask=np.arange(array.size).reshape(array.shape) < 5)
+            with pytest.raises(InvalidInput, match="an array without a mask, got a masked one; give "):
+                CALLS[name](**these | {parameter: masked})
 
 
 @pytest.mark.parametrize(("name", "parameter"), list(cases()))

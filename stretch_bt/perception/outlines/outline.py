@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.arguments import check_counts
+from stretch_bt.arguments import check_counts, check_unmasked
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.frames import as_numbers
 from stretch_bt.perception.outlines.polyline import (
     Array,
     area_of,
@@ -94,6 +95,7 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
         _check_seen(line, inside, valid, pitch)
         return _outline(line * pitch, pitch)
     points = where
+    check_unmasked("the points of a region are", points)
     if points.shape != (*inside.shape, 3) or points.dtype.kind != "f":
         raise InvalidInput(
             f"the points of a region of shape {inside.shape} have shape {(*inside.shape, 3)} and are floats, "
@@ -138,7 +140,7 @@ def _check_seen(line: Array, inside: MaskArray, valid: MaskArray, pitch: float) 
 
 def _region(region: npt.NDArray[Any], label: int) -> tuple[MaskArray, MaskArray]:
     """Return which pixels are in a region, and which are valid."""
-    image = np.asarray(region)
+    image = as_numbers("a region is", region, "region.filled(255), or filled(False) where it is bool")
     if image.ndim != 2 or image.dtype not in (np.dtype(bool), np.dtype(np.uint8)):
         raise InvalidInput(f"a region is an (h, w) image of uint8 labels or of bool, got {image.dtype} {image.shape}")
     if image.dtype == bool:

@@ -85,7 +85,7 @@ def roundness(outline: npt.NDArray[Any], *, method: Method = "contour") -> Round
 
 def contour_of(outline: npt.NDArray[Any]) -> Curve:
     """Return an outline as complex numbers x + iy about its middle, without repeated vertices; raises as `circularity`."""
-    vertices = as_numbers("an outline is", outline)
+    vertices = as_numbers("an outline is", outline, "the vertices that are known")
     if vertices.ndim != 2 or vertices.shape[1] != 2 or vertices.dtype.kind not in "fiu":
         raise InvalidInput(f"an outline has shape (n, 2) and real numbers, got {vertices.dtype} {vertices.shape}")
     if not np.isfinite(vertices).all():

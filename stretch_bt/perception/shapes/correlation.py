@@ -36,7 +36,7 @@ def correlation_area(x: Array, y: Array, residuals: Array, parameters: int) -> f
 
 
 def _gridded(x: Array, y: Array, residuals: Array) -> tuple[Array, Array]:
-    """Put values on a grid whose cells hold about one point each; return it, 0 where empty, and where it is not."""
+    """Put values on a grid whose cells hold about one point each; return their means, 0 where empty, and where it is not."""
     narrow, wide = extent(x, y)
     cell = np.sqrt(4.0 * np.pi * narrow * wide / x.size)
     # Points on a thin strip or far from the rest would ask for an endless grid.
@@ -44,10 +44,10 @@ def _gridded(x: Array, y: Array, residuals: Array) -> tuple[Array, Array]:
     u, v = ((w - w.min()) / cell for w in (x, y))
     column, row = u.astype(np.intp), v.astype(np.intp)
     shape = int(row.max()) + 1, int(column.max()) + 1
-    at, size = row * shape[1] + column, shape[0] * shape[1]
-    count = np.bincount(at, minlength=size)
-    total = np.bincount(at, weights=residuals, minlength=size)
-    return (total / np.maximum(count, 1)).reshape(shape), (count > 0).astype(np.float64).reshape(shape)
+    at = row * shape[1] + column
+    count = np.bincount(at, minlength=shape[0] * shape[1])
+    image = np.bincount(at, residuals, count.size) / np.maximum(count, 1)
+    return image.reshape(shape), np.minimum(count, 1.0).reshape(shape)
 
 
 def _autocorrelation(image: Array, mask: Array) -> tuple[Array, Array]:

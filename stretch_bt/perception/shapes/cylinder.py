@@ -40,7 +40,8 @@ def fit_cylinder(points: FloatArray, *, rays: FloatArray | None = None, noise: N
     Raises
     ------
     IllConditioned
-        The points do not determine a cylinder, or its curvature is below three standard deviations.
+        The points do not determine a cylinder, or its curvature is below three standard deviations, or below ten where
+        only the residuals show that neighbouring points share their errors.
     InvalidInput
         An array has the wrong shape, or the noise is not a positive number.
     """

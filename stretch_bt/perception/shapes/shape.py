@@ -64,7 +64,7 @@ def fit_shape(
     shape : "auto", "plane", "sphere", "cylinder" or "cone"
         "auto" compares all by Schwarz's criterion (Schwarz, Annals of Statistics, 1978): Tukey's loss, with the noise of
         the best fit, plus half the logarithm of the number of independent points for every parameter. Of those within
-        three nats of the best the simplest is taken.
+        three nats of the best, which may be one whose parameters are refused, the simplest that is not refused is taken.
 
     Returns
     -------
@@ -73,8 +73,8 @@ def fit_shape(
     Raises
     ------
     IllConditioned
-        The points do not determine the shape, or any shape, or the shape that explains them best is refused; the reason is in
-        the text.
+        The points do not determine the shape, or any shape, or the best one while no other is within three nats of it; the
+        reasons are in the text.
     InvalidInput
         An array has the wrong shape, the noise is not a positive number, or there is no such shape.
     """
@@ -101,20 +101,20 @@ def _tried(kind: ShapeKind, sight: Sight) -> _Fitted | Candidate:
 
 
 def _chosen(tried: list[_Fitted | Candidate], sight: Sight) -> Shape:
-    """Return the simplest of the shapes, in their order, that is within the margin of the best."""
+    """Return the simplest of the shapes, in their order, that is within the margin of the best; refused ones count as well."""
     settled = [t for t in tried if isinstance(t, _Fitted)]
     best = min(settled, key=lambda f: f.settled.scale).settled
     scale = max(best.scale, sight.floor)
     area = min(best.area, best.agreeing)
     evidence = {f.kind: _evidence(f.settled, scale, area) for f in settled}
     top = max(evidence.values())
-    fits = {f.kind: f for f in settled if f.fit is not None}
-    chosen = next((f for kind, f in fits.items() if evidence[kind] >= top - MARGIN), None)
-    if chosen is None or chosen.fit is None:  # the others are worse explanations, however sure of themselves
-        first = next(f for f in settled if evidence[f.kind] == top)
+    chosen = next((f for f in settled if f.fit is not None and evidence[f.kind] >= top - MARGIN), None)
+    if chosen is None:
+        likely = next(f for f in settled if evidence[f.kind] == top)
         raise IllConditioned(
-            f"these points look most like a {first.kind}, which is refused: {first.refused}; name a `shape` to fit it alone"
+            f"a {likely.kind} explains the points best, but {likely.refused}; name the `shape` if it is known to be another"
         )
+    assert chosen.fit is not None
     ranking = [t if isinstance(t, Candidate) else Candidate(t.kind, evidence[t.kind] - top, t.refused) for t in tried]
     ranking.sort(key=lambda c: math.inf if c.evidence is None else -c.evidence)
     return Shape(chosen.kind, chosen.fit, chosen.settled.scale * sight.size, tuple(ranking))

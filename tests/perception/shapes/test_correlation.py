@@ -25,11 +25,18 @@ def test_white_noise_is_alike_over_one_point():
     assert found.count(1.0) == 50
 
 
-def test_the_order_of_the_points_does_not_matter():
-    values, order = alike(2.0, 1).ravel(), np.random.default_rng(0).permutation(X.size)
-    assert correlation_area(X[order], Y[order], values[order], 4) == pytest.approx(
-        correlation_area(X, Y, values, 4), rel=0.02
-    )
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_the_points_does_not_matter(seed):
+    """The last of several points of one cell stood for all of them."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-12e-3, 12e-3, (2, 700))
+    smooth = np.cos(900.0 * x + rng.uniform(0, 6)) * np.cos(900.0 * y) + 0.3 * rng.standard_normal(x.size)
+    area = correlation_area(x, y, smooth, 4)
+    points = np.column_stack([x, y, np.sqrt(0.02**2 - x**2 - y**2) + 0.1e-3 * smooth])
+    sphere, order = fit_sphere(points), rng.permutation(x.size)
+    assert area > 1.5
+    assert correlation_area(x[order], y[order], smooth[order], 4) == pytest.approx(area, rel=1e-9)
+    assert fit_sphere(points[order]).radius_sd == pytest.approx(sphere.radius_sd, rel=1e-9)
 
 
 def test_a_sphere_states_the_deviation_that_noise_alike_gives_it():

@@ -83,6 +83,42 @@ def test_a_hardly_curved_sphere_is_called_a_plane():
     assert next(c for c in found.ranking if c.kind == "sphere").refused
 
 
+def test_no_worse_shape_stands_in_for_the_best_where_that_is_refused():
+    """A ball of 8 mm seen only near its silhouette was a plane, hundreds of nats worse; a blunt cone under smooth noise a ball."""
+    rng, side = np.random.default_rng(0), np.arange(-8e-3, 8e-3, 0.25e-3)
+    x, y = (w.ravel() for w in np.meshgrid(side, side))
+    rim = (np.hypot(x, y) > 7.6e-3) & (np.hypot(x, y) < 7.99e-3)
+    x, y = x[rim], y[rim]
+    rings = np.column_stack([x, y, np.sqrt(8e-3**2 - x**2 - y**2) + rng.normal(0, 5e-5, x.size)])
+    with pytest.raises(IllConditioned, match="a sphere explains the points best, but the points spread wider"):
+        fit_shape(rings)
+    refused = 0
+    for seed in range(20):
+        alike = gaussian_filter(np.random.default_rng(seed).standard_normal((32, 32)), 2.0, mode="wrap").ravel()
+        z = -0.35 * np.hypot(X, Y) + 1e-4 * alike / alike.std()
+        try:
+            assert fit_shape(np.column_stack([X, Y, z])).kind == "cone"
+        except IllConditioned as error:
+            refused += "a cone explains the points best, but the contact differs" in error.reason
+    assert refused > 2
+
+
+def test_known_noise_that_explains_the_residuals_asks_a_cylinder_for_three_deviations():
+    """As of a sphere: ten are for noise that only the residuals show."""
+    rng, refused, scores = np.random.default_rng(7), 0, []
+    for radius in np.geomspace(0.05, 1.0, 40):
+        z = np.sqrt(radius**2 - ACROSS**2) + rng.normal(0.0, 0.2e-3, X.size)
+        try:
+            found = fit_cylinder(np.column_stack([X, Y, z]), noise=SurfaceNoise(0.2e-3, 9.0))
+        except IllConditioned as error:
+            assert "3 are needed" in error.reason
+            refused += 1
+        else:
+            scores.append(abs(found.curvature) / found.curvature_sd)
+    assert refused > 2
+    assert 3.0 <= min(scores) < 5.0
+
+
 def test_a_shape_that_is_asked_for_is_the_only_one():
     found = fit_shape(seen("sphere", 2), shape="sphere")
     assert [c.kind for c in found.ranking] == ["sphere"]
