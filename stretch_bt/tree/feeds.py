@@ -118,7 +118,10 @@ def carried(error: Callable[[], float | None], default: Any, name: str) -> Calla
 
 def error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
     """Return the field `x_sd` that stands beside a field `x` of a record, or the error of an item of a list."""
-    value, last = cell.value, parts[-1]
+    try:
+        value, last = cell.read(), parts[-1]
+    except (UnsetKey, Absent):
+        return None
     for part in parts[:-1]:
         value = _part(value, part)
     if last.isdigit():

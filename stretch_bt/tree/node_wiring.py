@@ -7,7 +7,9 @@ from typing import Any
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing, is_null
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Param, Signature
-from stretch_bt.tree.flow import Call, Leaf, Part
+from stretch_bt.tree.expression.parse import Name
+from stretch_bt.tree.expression.typecheck import Origin
+from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
@@ -75,7 +77,7 @@ class NodeWiring(Wiring):
                 and name not in meant
                 and name not in found.inputs
                 and name not in found.inouts
-                and not (carried and carried.source)
+                and not (carried and self._may_carry(carried))
             ):
                 self.missing(mark, info.name, name, info.types[name])
         for declared in info.of(Role.DEVICE):
@@ -129,6 +131,15 @@ class NodeWiring(Wiring):
         made = document.with_params(known).trees[target.name]
         self.diagnostics += settle_types(made)
         return made, Map(tuple(pair for pair in ports if pair[0].text not in given), ports.mark)
+
+    def _may_carry(self, wire: Wire) -> bool:
+        """Whether the value of a wire may have an error: that of a key, or of a param that has one beside it."""
+        if not isinstance(wire.source, Name):
+            return wire.source is not None
+        symbol = self.scope.resolve(wire.source.parts)
+        if symbol.origin is Origin.PARAM:
+            return f"{symbol.name}_sd" in self.signature.document.params and symbol.used == len(wire.source.parts)
+        return symbol.origin is Origin.KEY
 
     def param_of_call(self, param: Param, key: Scalar, value: Value) -> Any:
         """Return the value that a call gives a param of the file that it calls; None, with an error, where it is not known at load."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -79,12 +80,19 @@ def _written(value: Any, type_: Type) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_written(item, type_.item or type_) for item in value)}]"
+        return f"[{', '.join(_item(item, type_.item or type_) for item in value)}]"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):  # numpy and an Estimate write theirs with a name around it
         value = float(value)
     return f"{value!r} {type_.kind.si_unit}" if type_.kind else str(value)
+
+
+def _item(value: Any, type_: Type) -> str:
+    """Return an item of a list as the text in a file; a text keeps its commas and brackets."""
+    if isinstance(value, str) and type_.family is Family.STR:
+        return json.dumps(value, ensure_ascii=False)
+    return _written(value, type_)
 
 
 def _moved(value: Value, mark: Mark) -> Value:

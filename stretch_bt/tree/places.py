@@ -12,6 +12,8 @@ __all__ = ["Place", "places"]
 
 #: fields of a construct under which places stand
 _INSIDE = ("do", "children")
+#: constructs after whose colon a node may stand bare, as in `invert: capture`
+_AROUND = ("invert", "force_success", "force_failure")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,9 @@ def _in_construct(key: Scalar, given: Value, is_construct: Callable[[str], bool]
     """Yield a construct, and the places inside it: all of it is one where it has no field for them, as in `invert: {...}`."""
     yield Place(key, given if isinstance(given, Map) else Map((), key.mark))
     if key.text == "set" or is_nothing(given):
+        return
+    if isinstance(given, Scalar) and key.text in _AROUND:
+        yield from places(given, is_construct)
         return
     fields = [given.get(name) for name in _INSIDE] if isinstance(given, Map) else []
     inside = [field for field in fields if field is not None]

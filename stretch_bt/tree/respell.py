@@ -33,6 +33,9 @@ _NO_PORTS = (
     "children",
     "trees",
     "finally",
+    "imports",
+    "devices",
+    "collect",
 )
 _CONDITIONS = ("check", "guard")
 _HEADINGS = ("format", "doc", "imports", "devices", "scene", "tick", "trees", "run", "main", "collect", "as", "that")
@@ -134,7 +137,7 @@ def _stands_beside(word: str, place: str) -> bool:
 def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml.MappingNode], inner: Pair) -> str:
     """Put one word beside a node: in the braces around it, in new ones where it stands in a list without, else on a line of its own."""
     key, value = node
-    written = f"{inner[0].value}: {text[inner[1].start_mark.index : inner[1].end_mark.index].rstrip()}"
+    written = f"{inner[0].value}:{_given(text, inner[1], key.start_mark.column + 2)}"
     start, end = place.start_mark.index, value.end_mark.index
     rest = without_pair(text, value, inner[0])
     grown = len(rest) - len(text)
@@ -146,12 +149,23 @@ def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml
     return _put(rest, key.start_mark.index, key.start_mark.index, f"{written}\n{' ' * key.start_mark.column}")
 
 
+def _given(text: str, value: yaml.Node, column: int) -> str:
+    """Return the text of a value as it stands after a colon; a block goes on lines of its own, at a column."""
+    body = text[value.start_mark.index : value.end_mark.index].rstrip()
+    if not isinstance(value, yaml.CollectionNode) or value.flow_style:
+        return f" {body}"
+    first, *others = body.splitlines()
+    lines = [first, *(line[value.start_mark.column :] for line in others)]
+    return "".join(f"\n{' ' * column}{line}" for line in lines)
+
+
 def without_pair(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode) -> str:
     """Return the text without one pair of a mapping, the lines of which go where it is no mapping in braces."""
     pairs = mapping.value
     at = next(i for i, (other, _) in enumerate(pairs) if other is key)
     start, end = key.start_mark.index, pairs[at][1].end_mark.index
     if not mapping.flow_style:
+        end = len(text[:end].rstrip())  # a block ends where the next word begins
         end = text.find("\n", end if text[end - 1 : end] != "\n" else end - 1)
         start = text.rfind("\n", 0, start)
         if (

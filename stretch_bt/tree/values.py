@@ -23,7 +23,7 @@ from stretch_bt.units import (
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(
-    rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
+    rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|(?<![0-9.])1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
     re.IGNORECASE,
 )
 

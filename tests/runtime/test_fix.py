@@ -259,3 +259,21 @@ def test_a_text_that_is_read_as_a_name_now_is_told_at_its_place(given: str, tmp_
         assert path.read_text().splitlines()[found.line - 1][found.column - 1 :].startswith(word)
         assert found.hint == f"write \"'{word}'\" if the text is meant, '${word}' if the name is"
     assert fix_tree(path) == [], "a file of the present form says what it means"
+
+
+#: old text -> new
+BLOCKS = {
+    "sequence:\n  - press:\n      depth: 5 mm\n      guard:\n        - arm.force < 4 N\n": (
+        "sequence:\n  - guard:\n      - arm.force < 4 N\n    press:\n      depth: 5 mm\n"
+    ),
+    "sequence:\n  - press:\n      guard:\n        that: arm.force < 4 N\n        name: soft\n      depth: 5 mm\n": (
+        "sequence:\n  - guard:\n      that: arm.force < 4 N\n      name: soft\n    press:\n      depth: 5 mm\n"
+    ),
+    "imports: {log: lib/log.yaml}\ndevices: {guard: ForceSensor}\n": None,
+    "sequence:\n  - repeat: {times: 2, do: {wait: {duration: 1 s}}, collect: {name: $n}}\n": None,
+}
+
+
+@pytest.mark.parametrize("old", BLOCKS)
+def test_words_in_blocks_move_as_blocks_and_names_of_ones_own_stay(old: str) -> None:
+    assert respell(old).text == (BLOCKS[old] or old)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stretch_bt import check
+from stretch_bt import check, run
 
 #: a body -> how it ends
 RUNS = {
@@ -94,3 +94,75 @@ def test_what_is_found(tmp_path: Path, trees: str) -> None:
     path = tmp_path / "tree.yaml"
     path.write_text(f"{HEAD}trees:\n  {trees}\n")
     assert [found.code for found in check(path) if found.code != "device-unused"] == FOUND[trees]
+
+
+HEAD = "format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n"
+#: file -> the codes that a check gives
+CHECKED = {
+    "a bare node under force_success reads": (
+        HEAD + "trees: {main: {sequence: [capture, {force_success: segment_contact}]}}\n",
+        [],
+    ),
+    "a skip_if without an answer fails before its body": (
+        HEAD
+        + "trees: {main: {keys: {felt: {type: Felt, default: none}}, sequence: [selector: [{sequence: [set: {tries: 1}, wait: {duration: 1 s}],"
+        " skip_if: felt.deflection > 1 mm}, {set: {n: tries + 1}}], check: n > 0]}}\n",
+        ["read-before-write"],
+    ),
+    "what follows a skip_if that may fail is reached": (
+        HEAD + "trees: {main: {sequence: [selector: [{set: {m: 1}, skip_if: arm.force > 1 N}, {set: {m: 2}}]]}}\n",
+        [],
+    ),
+    "a key of a loop is unset as the loop begins": (
+        HEAD
+        + "trees: {main: {sequence: [set: {best: 0 mm}, {repeat: {times: 2, keys: {best: Length}, do: {set: {best: best + 1 mm}}}}]}}\n",
+        ["read-before-write"],
+    ),
+    "a parallel without children": (
+        HEAD + "trees: {main: {parallel: {policy: success_on_selected, selected: press, children: []}}}\n",
+        ["empty", "type-mismatch"],
+    ),
+    "a quotient": (
+        HEAD + "trees: {main: {sequence: [set: {n: 4}, {set: {x: 0.1/n, y: 11/n}}, check: x + y > 0]}}\n",
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_a_check_says_what_a_run_does(name: str, tmp_path: Path) -> None:
+    text, codes = CHECKED[name]
+    (tmp_path / "tree.yaml").write_text(text)
+    found = [d for d in check([tmp_path / "tree.yaml"]) if d.severity == "error"]
+    assert sorted({d.code for d in found}) == codes, found
+
+
+def test_the_reasons_of_a_called_tree_and_of_its_finally_are_both_told(tmp_path: Path) -> None:
+    (tmp_path / "tree.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  main: {sequence: [t: {}]}\n"
+        "  t: {sequence: [fail: the dough sticks], finally: [wait: {duration: 0.1 s}, fail: the hand is low]}\n"
+    )
+    result = run(tmp_path / "tree.yaml", mocks={"format": "stretch-mocks/1", "tree": "tree.yaml", "mocks": []})
+    assert result.status == "FAILURE"
+    assert "main/t/fail: the dough sticks; its finally failed: main/t/finally/fail: the hand is low" in result.reason
+
+
+def test_the_error_of_a_field_of_an_item_reaches_a_called_tree(tmp_path: Path) -> None:
+    (tmp_path / "tree.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  main:\n    out: [y]\n    sequence:\n"
+        "      - repeat: {times: 2, do: [set: {x: 2 mm, x_sd: 0.5 mm}], collect: {xs: $x}}\n"
+        "      - t: {xs: $xs, y: $y}\n"
+        "  t: {in: {xs: {type: 'list[Length]', min: 0 mm}}, out: [y], sequence: [set: {y: $xs.0}]}\n"
+    )
+    result = run(tmp_path / "tree.yaml", mocks={"format": "stretch-mocks/1", "tree": "tree.yaml", "mocks": []})
+    assert result.outputs["y"] == {"value": 2.0, "unit": "mm", "sd": 0.5}, result.reason
+
+
+def test_texts_given_from_python_keep_their_commas(tmp_path: Path) -> None:
+    (tmp_path / "tree.yaml").write_text(
+        "format: stretch-tree/1\nparams: {names: {type: 'list[str]', default: []}}\n"
+        "trees: {main: {out: [n], sequence: [set: {n: len(names)}]}}\n"
+    )
+    mocks = {"format": "stretch-mocks/1", "tree": "tree.yaml", "mocks": []}
+    result = run(tmp_path / "tree.yaml", params={"names": ["a, b", "c: [d]", "true"]}, mocks=mocks)
+    assert result.outputs["n"]["value"] == 3

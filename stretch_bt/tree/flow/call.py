@@ -12,7 +12,7 @@ from py_trees.common import Status
 from stretch_bt.source import Mark
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Signature
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, why_failed
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -129,6 +129,7 @@ class CallNode(FlowNode):
             return Status.RUNNING
         self.entered = False
         if self.finish.status is Status.FAILURE:
-            self.feedback_message = f"finally failed: {self.finish.feedback_message}"
+            before = f"{why_failed(self.child)}; its " if self.result is Status.FAILURE else ""
+            self.feedback_message = f"{before}finally failed: {why_failed(self.finish)}"
             return Status.FAILURE
         return self.result

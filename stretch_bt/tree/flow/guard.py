@@ -215,7 +215,8 @@ class SkipIf(Part):
         """The body may be passed over."""
         data.read((self.that,), known)
         ends = self.do.flow(data, known)
-        return Flow(both(known, ends.success), ends.failure)
+        failure = both(ends.failure, known) if self.that.may_lack(data.absent) else ends.failure
+        return Flow(both(known, ends.success), failure)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""

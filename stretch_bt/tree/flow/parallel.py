@@ -89,7 +89,12 @@ class Parallel(Part):
             return
         labels = [part.label for part in self.parts]
         if not isinstance(value, Seq) or not value.items:
-            reader.error(value.mark, "type-mismatch", "'selected' takes a list of names", f"write '[{labels[0]}]'")
+            reader.error(
+                value.mark,
+                "type-mismatch",
+                "'selected' takes a list of names",
+                f"write '[{labels[0] if labels else 'name'}]'",
+            )
             return
         for item in value.items:
             name = item.text if isinstance(item, Scalar) else ""

@@ -29,6 +29,7 @@ class Passes:
     index: str | None = None
     collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
     own: tuple[str, ...] = ()
+    fresh: Known = frozenset()  # of its own keys those without a default: unset as it begins
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
     refused: set[str] = field(default_factory=set)  # lists that are written wrongly, or meant, which was noted
     doubted: set[str] = field(default_factory=set)  # keys that a pass writes, one of which may have been meant
@@ -42,6 +43,7 @@ class Passes:
             found.marks[name] = index.mark
         keys = fields.get("keys")
         found.own = tuple(key.text for key, _ in keys) if isinstance(keys, Map) else ()
+        found.fresh = frozenset(n for n in found.own if (d := reader.signature.keys.get(n)) and not d.has_default)
         if (collect := fields.get("collect")) is not None:
             found._read_collect(reader, collect, do, item)
         return found
@@ -74,7 +76,7 @@ class Passes:
     def begun(self, data: DataFlow, known: Known) -> Known:
         """Return the keys that are written once the loop has begun; the keys that it collects count as read."""
         data.names |= set(self.collect.values()) | self.refused | self.doubted
-        return known | self.lists
+        return (known | self.lists) - self.fresh
 
     def ends(self, data: DataFlow, ends: Flow, known: Known, *keys: str) -> Flow:
         """Return how a loop ends: it fails, too, where a key with bounds that itself or one of its passes writes is to leave them."""

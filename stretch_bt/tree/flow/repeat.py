@@ -68,6 +68,8 @@ class _Counted(Part):
         known = self.passes.begun(data, known)
         passed = self.do.flow(data, known)
         ends = passed if runs_surely(self.count) else self.without_pass(passed, known)
+        if self.count.may_lack(data.absent):  # before the first pass
+            ends = Flow(ends.success, both(ends.failure, known))
         return self.passes.ends(data, ends, known)
 
     def without_pass(self, passed: Flow, known: Known) -> Flow:
