@@ -66,11 +66,11 @@ def command(
         ),
     )
     fields = _fields(found, spec, frames)
-    try:
-        with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
-            file.write(written(fields))
-    finally:  # minutes of the robot are not lost with a disk
-        emit_json(fields) if json_ else _show(fields, out)
+    emit_json(fields) if json_ else _show(fields)  # minutes of the robot are not lost with a disk
+    with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
+        file.write(written(fields))
+    if not json_:
+        typer.echo(f"written: {out}; name it in the cell file as 'hand: {{calibration: {out.name}}}'")
 
 
 def _clock(classes: list[type[Driver]]) -> Clock:
@@ -104,7 +104,7 @@ def _fields(found: HandCalibration, spec: CellSpec, frames: int) -> dict[str, An
     }
 
 
-def _show(fields: dict[str, Any], out: Path) -> None:
+def _show(fields: dict[str, Any]) -> None:
     from stretch_bt.hardware.hand_file import TURNS
 
     for name, e in fields["camera"].items():
@@ -114,4 +114,3 @@ def _show(fields: dict[str, Any], out: Path) -> None:
     typer.echo(f"openings seen over openings reported: {ratio['value']:.4f} +- {ratio['sd']:.4f}")
     for point in fields["gripper"]["points"]:
         typer.echo(f"count {point['count']:3d} is {1e3 * point['opening']:.2f} +- {1e3 * point['sd']:.2f} mm")
-    typer.echo(f"written: {out}; name it in the cell file as 'hand: {{calibration: {out.name}}}'")

@@ -40,7 +40,6 @@ def contact_from_heights(
         raise InvalidInput(
             f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm"
         )
-    check_stretch(stretch)
     _check_unit(z, pixel)
     surface = _surface(z, pixel)
     known = np.isfinite(z)

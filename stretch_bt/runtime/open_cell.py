@@ -218,9 +218,12 @@ class OpenCell:
                 if self._cell is not None:
                     errors = self._closed(self._cell)
                 atexit.unregister(self.close)
-        except KeyboardInterrupt as stopped:  # it came meanwhile
-            errors.append(stopped)
-        self.between.end()
+        except (KeyboardInterrupt, SystemExit) as stopped:  # a signal that came meanwhile
+            for error in errors:
+                stopped.add_note(str(error))
+            raise
+        finally:
+            self.between.end()
         if errors:
             raise worst_of(errors)
 

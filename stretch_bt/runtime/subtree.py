@@ -109,8 +109,12 @@ class Subtree(py_trees.behaviour.Behaviour):
         try:
             with one_thread():
                 return self._ticked()
-        except BaseException:
-            self._give_up()
+        except BaseException as error:
+            try:
+                self._give_up()
+            except (KeyboardInterrupt, SystemExit) as stopped:  # a signal that came meanwhile
+                stopped.add_note(str(error))
+                raise
             raise
         finally:
             self._last = self._time()

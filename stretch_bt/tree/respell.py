@@ -155,7 +155,8 @@ def _given(text: str, value: yaml.Node, column: int) -> str:
     if not isinstance(value, yaml.CollectionNode) or value.flow_style:
         return f" {body}"
     first, *others = body.splitlines()
-    lines = [first, *(line[value.start_mark.column :] for line in others)]
+    # a comment may stand farther to the left
+    lines = [first, *(line[min(value.start_mark.column, len(line) - len(line.lstrip())) :] for line in others)]
     return "".join(f"\n{' ' * column}{line}" for line in lines)
 
 

@@ -269,6 +269,9 @@ BLOCKS = {
     "sequence:\n  - press:\n      guard:\n        that: arm.force < 4 N\n        name: soft\n      depth: 5 mm\n": (
         "sequence:\n  - guard:\n      that: arm.force < 4 N\n      name: soft\n    press:\n      depth: 5 mm\n"
     ),
+    "sequence:\n  - press:\n      guard:\n        that: arm.force < 4 N\n#       name: soft\n        else: hard\n      depth: 5 mm\n": (
+        "sequence:\n  - guard:\n      that: arm.force < 4 N\n      #       name: soft\n      else: hard\n    press:\n      depth: 5 mm\n"
+    ),
     "imports: {log: lib/log.yaml}\ndevices: {guard: ForceSensor}\n": None,
     "sequence:\n  - repeat: {times: 2, do: {wait: {duration: 1 s}}, collect: {name: $n}}\n": None,
 }

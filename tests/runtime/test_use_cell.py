@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 from contextlib import nullcontext
 
 import pytest
@@ -95,6 +96,22 @@ def test_what_breaks_in_closing_is_told(ends, kind):
     said = [str(raised.value), *raised.value.__notes__]
     assert any("the fingers may go on" in text for text in said)
     assert any("a file is full" in text for text in said)
+
+
+def test_another_thread_hears_and_passes_on_no_signal():
+    """It passed on again what an earlier run had been stopped by."""
+    with pytest.raises(KeyboardInterrupt), signals(raised):
+        signal.raise_signal(signal.SIGINT)
+    done = []
+
+    def stopped():
+        with unbroken():
+            done.append("stopped")
+
+    thread = threading.Thread(target=stopped)
+    thread.start()
+    thread.join()
+    assert done == ["stopped"]
 
 
 @pytest.mark.parametrize("outer", [True, False])

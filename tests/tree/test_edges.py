@@ -118,6 +118,12 @@ CHECKED = {
         + "trees: {main: {sequence: [set: {best: 0 mm}, {repeat: {times: 2, keys: {best: Length}, do: {set: {best: best + 1 mm}}}}]}}\n",
         ["read-before-write"],
     ),
+    "a list that a loop collects into a key of its own is there": (
+        HEAD
+        + "trees: {main: {sequence: [until: {that: len(xs) >= 2, max: 3, keys: {xs: {type: 'list[Length]'}}, collect: {xs: $x},"
+        " do: [set: {x: 1 mm}]}, check: len(xs) > 0]}}\n",
+        [],
+    ),
     "a parallel without children": (
         HEAD + "trees: {main: {parallel: {policy: success_on_selected, selected: press, children: []}}}\n",
         ["empty", "type-mismatch"],

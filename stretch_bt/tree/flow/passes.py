@@ -76,7 +76,7 @@ class Passes:
     def begun(self, data: DataFlow, known: Known) -> Known:
         """Return the keys that are written once the loop has begun; the keys that it collects count as read."""
         data.names |= set(self.collect.values()) | self.refused | self.doubted
-        return (known | self.lists) - self.fresh
+        return (known - self.fresh) | self.lists
 
     def ends(self, data: DataFlow, ends: Flow, known: Known, *keys: str) -> Flow:
         """Return how a loop ends: it fails, too, where a key with bounds that itself or one of its passes writes is to leave them."""
