@@ -6,7 +6,7 @@ from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 from stretch_bt import perception
-from stretch_bt.errors import IllConditioned, NoAnswer
+from stretch_bt.errors import DeviceLost, IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
 from stretch_bt.perception.pattern import Pattern
@@ -42,7 +42,12 @@ class FrameSource:
         """
         if self.camera.ended:
             raise NoAnswer("the recording has ended")
-        reading = self.camera.frame(MAX_AGE)
+        try:
+            reading = self.camera.frame(MAX_AGE)
+        except DeviceLost:
+            if self.camera.ended:  # since it was asked
+                raise NoAnswer("the recording has ended") from None
+            raise
         if reading.sequence == self.latest.get(id(self.camera)) or reading.host_time < self.since - 1e-9:
             return None
         self.latest[id(self.camera)] = reading.sequence
