@@ -26,7 +26,7 @@ from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.measured_by import measured_by
-from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
+from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch, arms_first
 from stretch_bt.source import did_you_mean
 
 if TYPE_CHECKING:
@@ -112,9 +112,7 @@ class Cell:
     def _each(self, action: str) -> list[StretchError]:
         errors: list[StretchError] = []
         devices = [*reversed(self.devices.values())]
-        if action == "stop":  # an arm first: another device may take its time
-            devices.sort(key=lambda device: not isinstance(device.driver, ArmDriver))
-        for device in devices:
+        for device in arms_first(devices) if action == "stop" else devices:
             try:
                 (device.stop if action == "stop" else device.close)()
             except StretchError as error:
@@ -133,7 +131,7 @@ def open_cell(
     scene: Scene | None = None,
     journal: Journal | None = None,
     only: Collection[str] | None = None,
-    closing: Callable[[], AbstractContextManager[None]] = nullcontext,
+    closing: Callable[[], AbstractContextManager[object]] = nullcontext,
 ) -> Cell:
     """Open the devices of a cell; moves nothing.
 

@@ -12,7 +12,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.smooth import derivative, slope
 from stretch_bt.perception.surface import Cleaned, Surface
 
-__all__ = ["Lateral", "crossed", "lateral"]
+__all__ = ["Lateral", "lateral", "lateral_crossed"]
 
 Image = npt.NDArray[np.float32]
 
@@ -44,9 +44,21 @@ class Lateral:
 
 def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
     """Return how far x and y move, averaged over a Gaussian of `kernel`, m; they change slowly."""
+    return _moved(*_blocks(cleaned, kernel))
+
+
+def lateral_crossed(cleaned: Cleaned, kernel: float) -> tuple[Lateral, Image, Image]:
+    """Do as `lateral`, and return x_v / y_v and y_u / x_u of its blocks: a camera sees a slope move points aside, off its axis."""
+    x, y, every, sigma, pitch = _blocks(cleaned, kernel)
+    found = _moved(x, y, every, sigma, pitch)
+    x_u, y_v = found.moves[..., 0], found.moves[..., 1]
+    return found, derivative(x, sigma, 0, 1) / y_v, derivative(y, sigma, 1, 0) / x_u
+
+
+def _moved(x: Image, y: Image, every: int, sigma: float, pitch: float) -> Lateral:
+    """Return how far x and y move, of blocks as `_blocks` gives them."""
     import cv2
 
-    x, y, every, sigma, pitch = _blocks(cleaned, kernel)
     least = np.float32(0.1 * pitch)
     x_u, y_v = (derivative(w, sigma, *along) + np.float32(pitch) for w, along in ((x, (1, 0)), (y, (0, 1))))
     if min(float(x_u.mean()), float(y_v.mean())) <= 0.0:
@@ -55,14 +67,6 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
         )
     x_u, y_v = np.maximum(x_u, least), np.maximum(y_v, least)
     return Lateral(np.asarray(cv2.merge([x_u, y_v, slope(x_u, 1), slope(y_v, 0)])), every)
-
-
-def crossed(cleaned: Cleaned, kernel: float) -> tuple[Image, Image, int]:
-    """Return x_v / y_v and y_u / x_u per block of so many pixels: a camera sees a slope move points aside, off its axis."""
-    x, y, every, sigma, pitch = _blocks(cleaned, kernel)
-    least, whole = np.float32(0.1 * pitch), np.float32(pitch)
-    x_u, y_v = (np.maximum(derivative(w, sigma, *along) + whole, least) for w, along in ((x, (1, 0)), (y, (0, 1))))
-    return derivative(x, sigma, 0, 1) / y_v, derivative(y, sigma, 1, 0) / x_u, every
 
 
 def _blocks(cleaned: Cleaned, kernel: float) -> tuple[Image, Image, int, float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.perception.curvature import bending
-from stretch_bt.perception.lateral import Lateral, crossed, lateral
+from stretch_bt.perception.lateral import Lateral, lateral_crossed
 from stretch_bt.perception.smooth import enlarge
 from stretch_bt.perception.surface import Surface, binned_surface, check_points, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -40,19 +40,19 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     shape = cleaned.valid.shape
     seen = cleaned.valid & (enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5)
     trusted[cleaned.box] = seen
-    near = surface_normals(surface, lateral(cleaned, kernel), crossed(cleaned, kernel), shape)
+    near = surface_normals(surface, *lateral_crossed(cleaned, kernel), shape)
     near[~seen] = np.nan
     found[cleaned.box] = near
     return found, trusted
 
 
 def surface_normals(
-    surface: Surface, moves: Lateral, cross: tuple[FloatArray, FloatArray, int], shape: tuple[int, int]
+    surface: Surface, moves: Lateral, x_aside: FloatArray, y_aside: FloatArray, shape: tuple[int, int]
 ) -> FloatArray:
     """Return unit normals (h, w, 3) of the pixels of a surface: (-h_x, -h_y, 1) normalised, turned to its frame."""
     bent = bending(surface, moves)
     along_u, along_v = (enlarge(image, surface.step, shape) for image in (bent.x, bent.y))
-    x_v, y_u = (enlarge(image, cross[2], shape) for image in cross[:2])
+    x_v, y_u = (enlarge(image, moves.every, shape) for image in (x_aside, y_aside))
     # h_u = h_x x_u + h_y y_u, and h_v likewise
     left = np.maximum(1.0 - x_v * y_u, 0.1)
     h_x, h_y = (along_u - y_u * along_v) / left, (along_v - x_v * along_u) / left

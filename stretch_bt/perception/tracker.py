@@ -45,6 +45,7 @@ class HeightTracker:
         check_kernel(kernel)
         self._reference = Reference(reference)
         self._kernel = kernel
+        self._white = 0.0  # of one image, which does not show the noise that its pixels share; until frames differ
         self._noise: list[float] = []
         self._spectrum: NoiseSpectrum | None = None
         self._quiet = 0.0
@@ -73,10 +74,10 @@ class HeightTracker:
             self._step = self._step or _step(depth)
             if self._reference.complete and self._reference.learned > 1:
                 self._spectrum = _spectrum(raw, known, self._reference.learned)
-        elif self._reference.learned == 1 and len(self._noise) == 1:
-            self._noise = [_noise_of(mean[known & trusted]) / math.sqrt(2.0)] * 2  # as below: one image is too little
+        elif not self._noise:  # a reference of one frame
+            self._noise.append(_noise_of(mean[known & trusted]) / math.sqrt(2.0))
         # a rise holds the noise of this frame and of the mean
-        sd = float(np.median(self._noise)) * math.sqrt(1.0 + 1.0 / self._reference.learned)
+        sd = float(np.median(self._noise or [self._white])) * math.sqrt(1.0 + 1.0 / self._reference.learned)
         clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
@@ -105,14 +106,10 @@ class HeightTracker:
             image = depth_of(depth)[0].astype(np.float32)
             fine = np.sort(np.abs(sparse((image - median(image, seen))[seen])))
             pixel = SQRT_HALF_PI * float(fine[: max(1, int(0.98 * fine.size))].mean())
-            sd = pixel / (2.0 * math.sqrt(math.pi) * self._kernel)
+            self._white = pixel / (2.0 * math.sqrt(math.pi) * self._kernel)
         else:
             # A frame among n that form the mean differs from it by sqrt((n - 1) / n) of its own noise.
-            sd = _noise_of(mean[seen]) * math.sqrt(n / (n - 1))
-            self._noise = (
-                self._noise[1:] if n == 2 else self._noise
-            )  # one image does not show the noise that its pixels share
-        self._noise.append(sd)
+            self._noise.append(_noise_of(mean[seen]) * math.sqrt(n / (n - 1)))
 
     def _top(self, rise: Image, known: MaskArray, mean: Image, at: tuple[int, int], sd: float) -> Estimate:
         """Return the height of the top around a place, or the mean there where no top can be fitted."""

@@ -11,8 +11,7 @@ from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.hardware.interfaces import Device, MotionState, Reading
 from stretch_bt.hardware.journal import Journal
-from stretch_bt.hardware.monitored import Monitored, Watch
-from stretch_bt.hardware.monitored.arm import MonitoredArm
+from stretch_bt.hardware.monitored import Monitored, Watch, arms_first
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
@@ -175,9 +174,9 @@ class BorrowedDevices:
         return self.cell.stats() if self.cell is not None else []
 
     def stop(self) -> list[Exception]:
-        """Stop every device, an arm first: another one may take its time."""
+        """Stop every device."""
         errors: list[Exception] = []
-        for device in sorted(self.devices.values(), key=lambda each: not isinstance(each, MonitoredArm)):
+        for device in arms_first(self.devices.values()):
             try:
                 device.stop()
             except Exception as error:  # one that breaks must not keep the others moving

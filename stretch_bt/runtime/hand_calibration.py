@@ -11,7 +11,7 @@ import numpy as np
 
 from stretch_bt import perception
 from stretch_bt.clock import Clock
-from stretch_bt.errors import DeviceFault, IllConditioned, InvalidInput, StretchError
+from stretch_bt.errors import DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
@@ -116,15 +116,9 @@ def calibrate_hand(
         raised.append(error)
         raise
     finally:
-        errors: list[StretchError] = []
-        try:
-            with unbroken():
-                errors = cell.stop()
-        except KeyboardInterrupt as stopped:  # it came meanwhile
-            raised[:] = [stopped]
-            raise
-        finally:
-            raise_besides(raised, errors)  # such as that the fingers may go on
+        with unbroken() as errors:
+            errors += cell.stop()
+        raise_besides(raised, errors)  # such as that the fingers may go on
     return _fitted(found, geometry.opening(0.0), span)
 
 

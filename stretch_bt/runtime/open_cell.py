@@ -212,16 +212,11 @@ class OpenCell:
 
         Raises the worst error on the way once all is closed, a DeviceFault before anything else.
         """
-        errors: list[BaseException] = []
         try:
-            with unbroken():
+            with unbroken() as errors:
                 if self._cell is not None:
-                    errors = self._closed(self._cell)
+                    errors += self._closed(self._cell)
                 atexit.unregister(self.close)
-        except (KeyboardInterrupt, SystemExit) as stopped:  # a signal that came meanwhile
-            for error in errors:
-                stopped.add_note(str(error))
-            raise
         finally:
             self.between.end()
         if errors:

@@ -103,16 +103,30 @@ class First:
 
 
 @contextmanager
-def unbroken() -> Iterator[None]:
-    """Go through the block whatever signals come, then pass the first of them on; for code that stops devices, as the signals ask."""
+def unbroken() -> Iterator[list[BaseException]]:
+    """Go through the block whatever signals come, then pass the first of them on; for code that stops devices, as the signals ask.
+
+    The block is given a list for what breaks meanwhile: what the signal raises, if anything, has it as its notes.
+    """
+    errors: list[BaseException] = []
     if threading.current_thread() is not threading.main_thread():
-        yield  # which hears none
+        yield errors  # which hears none
         return
     before = len(came) if _receivers else 0
     with signals(lambda _: None):
-        yield
-    for name in came[before : before + 1]:
-        if _receivers:
-            _receivers[-1](name)
-        else:  # to the handler that was there before
-            signal.raise_signal(signal.Signals[name])
+        yield errors
+    if len(came) == before:
+        return
+    try:
+        _pass_on(came[before])
+    except BaseException as stopped:
+        for error in errors:
+            stopped.add_note(str(error))
+        raise
+
+
+def _pass_on(name: str) -> None:
+    if _receivers:
+        _receivers[-1](name)
+    else:  # to the handler that was there before
+        signal.raise_signal(signal.Signals[name])

@@ -110,11 +110,7 @@ class Subtree(py_trees.behaviour.Behaviour):
             with one_thread():
                 return self._ticked()
         except BaseException as error:
-            try:
-                self._give_up()
-            except (KeyboardInterrupt, SystemExit) as stopped:  # a signal that came meanwhile
-                stopped.add_note(str(error))
-                raise
+            self._give_up(error)
             raise
         finally:
             self._last = self._time()
@@ -237,11 +233,12 @@ class Subtree(py_trees.behaviour.Behaviour):
         self._built = self._finally = None
         self._end()
 
-    def _give_up(self) -> None:
+    def _give_up(self, error: BaseException) -> None:
         """Stop every device and owe the `finally`, because of an error that is about to be raised."""
         try:
             if self._built is not None:
-                with unbroken():
+                with unbroken() as errors:
+                    errors.append(error)
                     self._interrupt()
         finally:
             self.cell.pending_finally.errors += self.cell.cell.stop()  # raised at the next tick or call

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, TypeVar
 
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 from stretch_bt.hardware.monitored.base import Monitored, Watch
@@ -11,7 +12,9 @@ from stretch_bt.hardware.monitored.force_sensor import MonitoredForceSensor
 from stretch_bt.hardware.monitored.gripper import MonitoredGripper
 from stretch_bt.hardware.monitored.operator import MonitoredOperator
 
-__all__ = ["MONITORED", "Monitored", "Watch"]
+__all__ = ["MONITORED", "Monitored", "Watch", "arms_first"]
+
+_Device = TypeVar("_Device")
 
 MONITORED: dict[str, type[Monitored[Any]]] = {
     "Arm": MonitoredArm,
@@ -20,3 +23,8 @@ MONITORED: dict[str, type[Monitored[Any]]] = {
     "ForceSensor": MonitoredForceSensor,
     "Operator": MonitoredOperator,
 }
+
+
+def arms_first(devices: Iterable[_Device]) -> list[_Device]:
+    """Return devices in the order in which they are stopped: an arm first, as another one may take its time."""
+    return sorted(devices, key=lambda device: not isinstance(device, MonitoredArm))
