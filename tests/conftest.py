@@ -217,6 +217,25 @@ def at_hertz():
     return write
 
 
+@pytest.fixture
+def hand_at(tmp_path):
+    """Return a function that writes the simulated cell with the hand at a height, mm, so near to an object, and a prompt operator."""
+
+    def write(height):
+        text = (files("stretch_bt") / "trees" / "cells" / "simulated.yaml").read_text("utf-8")
+        for shipped, ours in (
+            ("height: 120 mm}", f"height: {height} mm}}"),
+            ("type: Operator, use: simulated}", "type: Operator, use: simulated, delay: 3 s}"),
+        ):
+            assert shipped in text
+            text = text.replace(shipped, ours)
+        path = tmp_path / "cell.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     """Watch the machine where a test goes by its clock."""

@@ -19,6 +19,13 @@ trees:
 
 
 @pytest.fixture
+def opened(at_hertz, hand_at, tmp_path):
+    """An open cell whose hand is near a simulated sphere."""
+    with stretch_bt.open_cell(hand_at(75), scene=at_hertz("calibration_sphere", tmp_path)) as cell:
+        yield cell
+
+
+@pytest.fixture
 def tree(tmp_path):
     path = tmp_path / "task.yaml"
     path.write_text(TREE, encoding="utf-8")
@@ -47,7 +54,7 @@ PRESS = "trees: {main: {sequence: [approach: {}, press: {depth: 6 mm}]}}"
 LIMITED = """\
 format: stretch-cell/1
 devices:
-  arm: {type: Arm, use: simulated, height: 120 mm}
+  arm: {type: Arm, use: simulated, height: 75 mm}
   gripper: {type: Gripper, use: simulated}
   camera: {type: DepthCamera, use: simulated}
 limits: {depth: 5 mm}
@@ -55,14 +62,15 @@ limits: {depth: 5 mm}
 
 
 @pytest.mark.parametrize("way", ["cell", "open", "devices", "subtree", "do"])
-def test_limits_hold_whichever_way_a_tree_comes_to_its_devices(tmp_path, way):
+def test_limits_hold_whichever_way_a_tree_comes_to_its_devices(at_hertz, tmp_path, way):
+    scene = at_hertz("calibration_sphere", tmp_path)
     (tmp_path / "cell.yaml").write_text(LIMITED, encoding="utf-8")
     path = tmp_path / "press.yaml"
     path.write_text("format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n" + PRESS)
     if way == "cell":
-        reason = stretch_bt.run(path, cell=tmp_path / "cell.yaml", scene="calibration_sphere").reason
+        reason = stretch_bt.run(path, cell=tmp_path / "cell.yaml", scene=scene).reason
     else:
-        with stretch_bt.open_cell(tmp_path / "cell.yaml", scene="calibration_sphere") as opened:
+        with stretch_bt.open_cell(tmp_path / "cell.yaml", scene=scene) as opened:
             reason = REASONS[way](opened, path)
     assert "6 mm" in reason
     assert "5 mm" in reason

@@ -210,6 +210,7 @@ trees:
 """
 BALL = "format: stretch-scene/1\nobject: {type: sphere, diameter: 20 mm, stiffness: 2 N/mm}\nfidelity: hertz\n"
 OWN = """\
+import time
 from pathlib import Path
 from stretch_bt import Behavior, Status, node
 
@@ -219,7 +220,7 @@ class Forever(Behavior):
     def update(self):
         Path("began").touch()
         while True:
-            pass
+            time.sleep(0.01)
 """
 
 

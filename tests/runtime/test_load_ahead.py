@@ -32,15 +32,15 @@ print(json.dumps([result.status, sorted(name for name in late if not name.starts
     [
         (
             "palpate_stiffness",
-            {"touch_frames": 2, "sensing_frames": 2, "min_hold": 0.0, "settle": 0.0, "model": "paper"},
+            {"touches": 2, "touch_frames": 2, "sensing_frames": 2, "min_hold": 0.0, "settle": 0.0, "model": "paper"},
         ),
         *(pytest.param(tree, {}, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
     ],
 )
-def test_a_task_loads_nothing_while_it_runs(at_hertz, tmp_path, tree, params):
+def test_a_task_loads_nothing_while_it_runs(at_hertz, hand_at, tmp_path, tree, params):
     options = {"params": params}
     if params:
-        options["scene"] = str(at_hertz("water_balloon", tmp_path))
+        options |= {"scene": str(at_hertz("water_balloon", tmp_path)), "cell": str(hand_at(75))}
     asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(options)]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]

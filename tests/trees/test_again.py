@@ -74,9 +74,9 @@ def test_a_task_runs_three_times_in_a_row(run, left_at, tree):
         for tree in sorted(TASKS.keys() - MOUNTED)
     ],
 )
-def test_over_an_empty_table_a_task_fails_with_its_reason_and_raises_the_hand(run, tmp_path, tree):
+def test_over_an_empty_table_a_task_fails_with_its_reason_and_raises_the_hand(run, hand_at, tmp_path, tree):
     scene = tmp_path / "empty.yaml"
     scene.write_text(EMPTY)
-    result = run(tree, scene=scene)
+    result = run(tree, cell=hand_at(40), scene=scene)
     assert (result.status, "nothing was met down to 0 mm" in result.reason) == ("FAILURE", True), result.reason
     assert last_target(result.record)["position"][2] == pytest.approx(0.020)

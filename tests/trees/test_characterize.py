@@ -32,16 +32,16 @@ SMALL = {
 }
 ROWS = 2 * 2 * 3 * 2
 #: of interruptions: while an indenter is mounted; in the first trial, while the sensor is zeroed, before the last row
-TICKS = [1500, *(pytest.param(tick, marks=pytest.mark.slow) for tick in (890, 1060, 2340))]
+TICKS = [900, *(pytest.param(tick, marks=pytest.mark.slow) for tick in (470, 640, 1580))]
 
 
 @pytest.fixture
-def characterize(run, tmp_path):
+def characterize(run, hand_at, tmp_path):
     def make(scene=QUIET, **options):
         path = tmp_path / "scene.yaml"
         path.write_text(scene)
         params = {**SMALL, **options.pop("params", {})}
-        return run("characterize", scene=path, params=params, **options)
+        return run("characterize", cell=hand_at(80), scene=path, params=params, **options)
 
     return make
 
@@ -104,15 +104,14 @@ def test_each_state_is_measured_once_in_order_with_the_fewest_changes(undisturbe
     assert np.all(table.force_sd < 1e-9)
 
 
-def test_each_trial_begins_from_a_retracted_hand(characterize):
-    events = events_of(characterize(params={"diameters": [0.02]}))
+def test_each_trial_begins_from_a_retracted_hand(undisturbed):
     heights = []
-    for event in events:
+    for event in events_of(undisturbed):
         if event["type"] == "command" and event["name"] == "zero":
             heights.append([])
-        elif event["type"] == "command" and event["name"] == "move" and event["owner"].endswith("/press") and heights:
+        elif event["type"] == "command" and event["name"] == "move" and event["owner"] == "main/press":
             heights[-1].append(event["arguments"]["target"]["position"][2])
-    assert len(heights) == 4
+    assert len(heights) == 8
     for trial in heights:
         assert len(trial) == 3
         assert trial == sorted(trial, reverse=True)

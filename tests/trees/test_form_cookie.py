@@ -19,11 +19,11 @@ BRIEF = {"max_looks": 1, "interval": 0.3, "blind": 0.0}
 
 
 @pytest.fixture
-def cookie(run, tmp_path):
-    def make(tree, thing="edge: 25 mm", effects="", **params):
+def cookie(run, hand_at, tmp_path):
+    def make(tree, thing="edge: 25 mm", effects="", height=60, **params):
         path = tmp_path / "scene.yaml"
         path.write_text(SCENE.format(thing=thing, effects=effects))
-        return run(tree, scene=path, params=params)
+        return run(tree, cell=hand_at(height), scene=path, params=params)
 
     return make
 

@@ -6,7 +6,7 @@ import pytest
 
 
 @pytest.fixture
-def palpate(run, pressed, at_hertz, tmp_path):
+def palpate(run, hand_at, pressed, at_hertz, tmp_path):
     """Return what runs the tree on a shipped balloon: its result, and the scene's own force at each press."""
 
     def palpated(balloon, seed, **params):
@@ -14,7 +14,7 @@ def palpate(run, pressed, at_hertz, tmp_path):
         forces, watch = pressed
         forces.clear()
         params = {"model": "paper", **params}
-        return run("palpate_active", scene=scene, seed=seed, params=params, watch=watch), forces
+        return run("palpate_active", cell=hand_at(75), scene=scene, seed=seed, params=params, watch=watch), forces
 
     return palpated
 

@@ -135,10 +135,10 @@ effects: {white_noise: on, correlated_noise: on}
 """
 
 
-def test_what_keeps_creeping_is_told_as_it_is_then_after_no_more_than_the_longest_hold(run, tmp_path):
+def test_what_keeps_creeping_is_told_as_it_is_then_after_no_more_than_the_longest_hold(run, hand_at, tmp_path):
     scene = tmp_path / "creeps.yaml"
     scene.write_text(CREEPS, encoding="utf-8")
-    result = run("palpate_stiffness", scene=scene, seed=1, params={"max_hold": 6.0})
+    result = run("palpate_stiffness", cell=hand_at(75), scene=scene, seed=1, params={"max_hold": 6.0})
     assert result.status == "SUCCESS", result.reason
     stiffness, truth = result.outputs["stiffness"], result.truth
     now = truth["force"]["value"] / truth["deflection"]["value"]
@@ -155,10 +155,10 @@ tolerance: {stiffness: 5 %, height: 0.3 mm}
 
 
 @pytest.mark.parametrize("tree", ["palpate_stiffness", pytest.param("palpate_active", marks=pytest.mark.slow)])
-def test_a_stiff_object_ends_with_the_stiffness_that_it_showed(run, tmp_path, tree):
+def test_a_stiff_object_ends_with_the_stiffness_that_it_showed(run, hand_at, tmp_path, tree):
     scene = tmp_path / "stiff.yaml"
     scene.write_text(STIFF, encoding="utf-8")
-    result = run(tree, scene=scene, params={"max_force": 5.5})
+    result = run(tree, cell=hand_at(75), scene=scene, params={"max_force": 5.5})
     shown, truth = result.outputs["stiffness"], result.truth["stiffness"]
     assert abs(shown["value"] - truth["value"]) < 4 * shown["sd"] < truth["value"]
     if tree == "palpate_stiffness":

@@ -15,15 +15,22 @@ object: {{type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rig
 effects: none
 dimensions: {{length: 40 mm, width: 40 mm, height: 40 mm}}
 """
+#: where only the way that a run fails counts
+BALL = """\
+format: stretch-scene/1
+object: {{type: sphere, diameter: 40 mm, rigid: true, position: {{x: {x}, y: 0 mm}}}}
+fidelity: hertz
+effects: none
+"""
 QUICK = {"frames": 2, "touch_frames": 2, "speed": 0.05}
 
 
 @pytest.fixture
-def reconstruct(run, tmp_path):
-    def make(x="3 mm", **params):
+def reconstruct(run, hand_at, tmp_path):
+    def make(x="3 mm", scene=CUBE, **params):
         path = tmp_path / "scene.yaml"
-        path.write_text(CUBE.format(x=x))
-        return run("reconstruct", scene=path, params={**QUICK, **params})
+        path.write_text(scene.format(x=x))
+        return run("reconstruct", cell=hand_at(60), scene=path, params={**QUICK, **params})
 
     return make
 
@@ -112,7 +119,7 @@ QUICK_ENDS = ("no contact at all", "an object outside the reach", "the first pre
 )
 def test_a_hard_case_ends_as_expected(reconstruct, name):
     given, status, reason = HARD[name]
-    result = reconstruct(**given)
+    result = reconstruct(scene=CUBE if status == "SUCCESS" else BALL, **given)
     assert (result.status, reason in result.reason) == (status, True), result.reason
     limited = result.outputs.get("limited", {"value": 0})["value"]
     assert limited == (1 if name == "a press that hits a limit" else 0)

@@ -185,17 +185,18 @@ def test_a_model_file_that_changed_since_is_told(record, tmp_path):
 
 
 @pytest.mark.parametrize("tree", [pytest.param("palpate_stiffness", marks=pytest.mark.slow), "palpate_active"])
-def test_a_palpation_in_the_twin_has_its_panel(at_hertz, tmp_path, tree):
+def test_a_palpation_in_the_twin_has_its_panel(at_hertz, hand_at, tmp_path, tree):
     scene = at_hertz("seeds_balloon", tmp_path)
     ForceModel.default().save(tmp_path / "hand.json")
     params = {
         "model": str(tmp_path / "hand.json"),
+        "touches": 2,
         "touch_frames": 4,
         "sensing_frames": 4,
         "min_hold": 0.0,
         "settle": 0.0,
     }
-    result = stretch_bt.run(tree, scene=scene, params=params, out=tmp_path / "record")
+    result = stretch_bt.run(tree, cell=hand_at(75), scene=scene, params=params, out=tmp_path / "record")
     html = (tmp_path / "record" / "report.html").read_text("utf-8")
     assert html.index("<h2>Palpation</h2>") < html.index("<h2>Nodes over time</h2>")
     path, body = figures(panel(RecordReader(tmp_path / "record")))
