@@ -22,7 +22,9 @@ def command(
     record: Annotated[Path, typer.Argument(help="The record of a run of `characterize`, or its table.")],
     out: Annotated[Path, typer.Option(help="Write the calibration into this file.")],
     model: Annotated[str, typer.Option(help="membrane, paper or sheet")] = "membrane",
-    plot: Annotated[Path | None, typer.Option(help="Draw forces, moduli and residuals into this PNG file.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw forces, moduli and residuals into this file: .png, .svg or .pdf.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Fit a force model to measured forces; the file serves as the `model` of nodes and of `predict`."""

@@ -66,6 +66,8 @@ def command(
     wanted = {Path(_filled(file, words)): _template(template, words) for file, template in KINDS[what].items()}
     if there := [str(path) for path in wanted if path.exists()]:
         raise InvalidInput(f"{there[0]} is there already; choose another name")
+    if what == "device":
+        _check_device(name, words["KIND"])
     _check_names(name, {path: text for path, text in wanted.items() if path.suffix == ".py"})
     if what == "node":
         _check_node(name)
@@ -96,6 +98,14 @@ def _check_names(name: str, modules: Mapping[Path, str]) -> None:
             raise InvalidInput(
                 f"the class {_title(name)} would hide another {_title(name)} that {path} needs; {another}"
             )
+
+
+def _check_device(name: str, kind: str) -> None:
+    """Raise InvalidInput where cell files mean a shipped device of this kind by the name."""
+    from stretch_bt.hardware.implementations import SHIPPED
+
+    if (kind, name) in SHIPPED:
+        raise InvalidInput(f"{name!r} is the name of a shipped {kind}; choose another name, such as my_{name}")
 
 
 def _check_node(name: str) -> None:

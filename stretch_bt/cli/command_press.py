@@ -29,7 +29,9 @@ def command(
     at: Annotated[str, typer.Option(help="Place of the indenter, as in 5mm,0mm.")] = "0mm,0mm",
     tilt: Annotated[str, typer.Option(help="Turns of the indenter about x and y, as in 5deg,0deg.")] = "0deg,0deg",
     effects: Annotated[str, typer.Option(help="Names of effects with commas, as in wrinkling,sag.")] = "",
-    plot: Annotated[Path | None, typer.Option(help="Draw the pressed sheet into this PNG file.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the pressed sheet into this picture, as in press.png.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Press an indenter into the membrane, and print the force and what it touches."""

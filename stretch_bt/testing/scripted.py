@@ -65,8 +65,8 @@ class ScriptedDevice:
     kind
         Its interface, such as `Arm`.
     script
-        Maps the name of a reading (`pose` or `height`, `wrench` or `force`, `opening`, `frame`) to one value, or to a list of values of
-        which the last stays: text with a unit, an SI number, or what the reading gives.
+        Maps the name of a reading (`pose` or `height`, `wrench` or `force`, `force_noise`, `opening`, `frame`) to one value, or to a
+        list of values of which the last stays: text with a unit, an SI number, or what the reading gives.
     motion
         The states of every motion, of which the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are
         raised as the error of a device that is lost, or has no answer; so is a DeviceFault or NoAnswer.
@@ -103,10 +103,10 @@ class ScriptedDevice:
             "pose": [Pose((0.0, 0.0, 0.2))],
             "wrench": [Wrench((0.0, 0.0, 0.0))],
             "opening": [0.055],
+            "force_noise": [0.0],
         }
         values = {**defaults, **script_values(kind, script)}
         self._values = {name: iter_last(given) for name, given in values.items()}
-        self._force_noise = float(values.get("force_noise", [0.0])[0])
         self._ended = ended
         self._states = motion_states(kind, motion)
         self._sequence_number = 0
@@ -147,13 +147,18 @@ class ScriptedDevice:
         return readings_of(INTERFACES[self.kind])
 
     def _read(self, name: str) -> Reading[Any]:
+        value = self._next(name)
+        self._sequence_number += 1
+        return self._said(name, value, self._sequence_number)
+
+    def _next(self, name: str) -> Any:
+        """Return the next value of the script, or raise the error that stands there."""
         if name not in self._values:
             raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
         value = next(self._values[name])
         if isinstance(value, DeviceFault | NoAnswer):
             raise self.told(value)
-        self._sequence_number += 1
-        return self._said(name, value, self._sequence_number)
+        return value
 
     def _said(self, name: str, value: Any, number: int = 0) -> Reading[Any]:
         now = self.now()
@@ -202,10 +207,11 @@ class ScriptedDevice:
         return self._read("wrench")
 
     def force_noise(self) -> float:
-        """Return the scripted noise of the force, none unless one is given."""
-        if self._force_noise > 0:
-            self._said("force_noise", self._force_noise)
-        return self._force_noise
+        """Return the next scripted noise of the force, N s^0.5 an axis; 0 unless one is given."""
+        noise = float(self._next("force_noise"))
+        if noise > 0:
+            self._said("force_noise", noise)
+        return noise
 
     @property
     def ended(self) -> bool:

@@ -204,9 +204,10 @@ class TickedTask:
     def _end(self) -> None:
         """Finish, and keep the statuses that nodes had after the last tick, which a safe end clears."""
         self._after = {path: node.status for path, node in self._nodes.items()}
-        self._changes.latest.clear()
+        ticked, self._changes.latest = self._changes.latest, {}
         self._runner.finish()
         self._after |= {path: Status[name] for path, name in self._changes.latest}
+        self._changes.latest = ticked | self._changes.latest  # the end belongs to the tick that brought it
 
     def _unmet(self, path: str, wanted: Status, why: str) -> str:
         lines = [f"{path} did not come to {wanted.name}: {why} at {self.now:g} s, tick {self.ticks}"]

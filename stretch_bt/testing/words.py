@@ -97,7 +97,7 @@ def _value(kind: str, name: str, value: Any) -> Any:
             return make(KINDS[unit].parse(value))
         except InvalidInput as error:
             raise InvalidInput(f"the script of a {kind}, {name}: {error}") from None
-    if isinstance(value, float) and not math.isfinite(value):
+    if (isinstance(value, float) and not math.isfinite(value)) or (make is float and not is_number(value)):
         hint = "write a number that one can give, or 'no answer: why'"
         raise InvalidInput(f"the script of a {kind}, {name}: no device gives {value}; {hint}")
     return make(float(value)) if is_number(value) else value

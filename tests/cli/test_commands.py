@@ -12,6 +12,7 @@ import pytest
 
 import stretch_bt.cli
 from stretch_bt.cli.commands import Commands, Group
+from stretch_bt.hardware.implementations import SHIPPED
 from stretch_bt.tree.flow import CONSTRUCTS
 
 MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
@@ -257,6 +258,11 @@ def test_a_new_device_checks_clean_and_writes_all_of_its_files_or_none(cli, tmp_
         (["device", "none", "--kind", "Arm"], "'none' has a meaning of its own"),
         (["node", "class"], "'class' has a meaning of its own"),
         (["device", "null", "--kind", "Arm"], "'null' has a meaning of its own"),
+        *(
+            (["device", use, "--kind", kind], f"'{use}' is the name of a shipped {kind}")
+            for kind, use in SHIPPED
+            if kind != "Operator"
+        ),
     ],
 )
 def test_a_new_module_takes_the_place_of_nothing(cli, tmp_path, words, said):

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from stretch_bt.cli.command_new import command
+from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.frames import Pose
 from stretch_bt.testing import device_contract
 from stretch_bt.testing.contract import simulator
@@ -319,6 +320,37 @@ def test_a_process_of_python_as_simulator_is_ended(contract):
     for pid in begun:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
+
+
+@pytest.mark.parametrize("wrong", ["cell file", "device", "kind"])
+def test_a_generator_as_simulator_is_ended_where_the_cell_is_wrong(tmp_path, wrong):
+    ended = []
+
+    def start():
+        yield "simulator"
+        ended.append("simulator")
+
+    path = tmp_path / "cell.yaml"
+    path.write_text("format: stretch-cell/1\ndevices: {arm: {type: Arm, use: simulated}}\n")
+    cell, device, kind = {
+        "cell file": (lambda _: tmp_path / "none.yaml", "arm", None),
+        "device": (lambda _: path, "amr", None),
+        "kind": (lambda _: path, "arm", "Gripper"),
+    }[wrong]
+    said = {"cell file": "no such file", "device": "no device 'amr', but arm", "kind": "write kind='Arm'"}[wrong]
+    with pytest.raises(StretchError, match=said):  # noqa: PT012
+        made = device_contract(cell, device, start=start, kind=kind, tolerance=0.001, latency=0.2)
+        with made.contract.trial():
+            pass
+    assert ended == ["simulator"]
+
+
+def test_a_generator_without_a_simulator_and_a_kind_without_a_contract_are_told():
+    terms = {"tolerance": 0.001, "latency": 0.2}
+    with pytest.raises(InvalidInput, match="no contract of the kind 'arm'; did you mean 'Arm'"):
+        device_contract("simulated", "arm", kind="arm", **terms)
+    with pytest.raises(InvalidInput, match="'start' yields nothing; yield the simulator once"):
+        device_contract(lambda _: "simulated", "arm", start=lambda: (_ for _ in ()), **terms)
 
 
 def test_one_simulator_is_up_at_a_time(contract):

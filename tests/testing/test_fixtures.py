@@ -121,6 +121,11 @@ def test_faults_and_motions_have_words():
         arm.wrench(1)
     with pytest.raises(NoAnswer, match="too noisy"):
         arm.wrench(1)
+    noisy = ScriptedDevice("Arm", {"force_noise": [0.02, "0.01 N", "no answer: too noisy", "fault: the cable is out"]})
+    assert [noisy.force_noise() for _ in range(2)] == [0.02, 0.01]
+    for error, said in ((NoAnswer, "too noisy"), (DeviceLost, "arm: the cable is out")):
+        with pytest.raises(error, match=said):
+            noisy.force_noise()
     lost = ScriptedDevice("Gripper", motion=["fault: jammed"]).move(0.06, speed=0.1, owner="test")
     with pytest.raises(DeviceLost, match="gripper: jammed"):
         lost.poll()
@@ -160,6 +165,7 @@ def test_files_beside_the_test_are_found(tmp_path, monkeypatch):
     [
         ({"height": math.nan}, "height: no device gives nan; write a number that one can give, or 'no answer: why'"),
         ({"wrench": [1.0, math.inf]}, "wrench: no device gives inf"),
+        ({"force_noise": None}, "force_noise: no device gives None; write a number that one can give"),
         ({"wrench": [1.0], "force": 5.0}, "gives its wrench twice, by 'force' too; leave out one"),
     ],
 )

@@ -120,6 +120,17 @@ def test_until_says_what_it_saw(tick_task, arm):
         task.until("main/wait", "FAILURE")
 
 
+@pytest.mark.parametrize("path", ["main/wait", "main/fail", RETRACT])
+def test_until_sees_what_the_last_tick_passes_through(tick_task, arm, path):
+    tree = TREE[: TREE.index("    sequence")] + "    parallel: [wait: {duration: 1 s}, fail: no]\n"
+    tree += "    finally: [retract: {clearance: 20 mm}]\n"
+    status = "FAILURE" if path == "main/fail" else "RUNNING"
+    task = tick_task(tree, devices={"arm": arm}).until(path, status)
+    assert (task.outcome.status, task.ticks > 1) == ("FAILURE", True)
+    with pytest.raises(AssertionError, match="the task ended with FAILURE"):
+        task.until("main/wait", "SUCCESS")
+
+
 #: wrong questions, and the messages
 ASKED = {
     "path": (lambda task: task.until("main/fel"), "no node at 'main/fel'; did you mean 'main/feel'?"),

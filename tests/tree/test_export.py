@@ -48,20 +48,54 @@ trees:
     out: {b: Length}
     set: {b: 2 * a}
 """
+#: a tree with other params, a name for two classes, a device of another name, and a construct with fewer and more fields
+TWICE = """
+format: stretch-tree/1
+imports: {feel: feel.yaml, other: other.yaml, node: py_trees.behaviours.Success}
+devices: {arm: Arm, right: Arm}
+keys: {n: {type: int, default: 0}}
+trees:
+  main:
+    sequence:
+      - feel.touch: {_by: 1 mm}
+      - feel.touch: {_by: 1 mm, arm: right}
+      - feel.touch: {_by: 1 mm, clear: 30 mm}
+      - repeat: {times: 2, collect: {all: $n}, do: {set: {n: n + 1}}}
+      - check: {that: n > 1}
+      - check: {that: n > 1, else: "$n is too few of $all"}
+      - {node: {}, timeout: 0.1 ms}
+      - {other.fails: {}, timeout: 0 s}
+      - with_finally
+  with_finally: {node: {}, finally: {wait: {duration: 1 ms}}}
+"""
+FEEL = """
+format: stretch-tree/1
+params: {clear: {type: Length, default: 20 mm}}
+trees:
+  touch:
+    in: {_by: Length}
+    sequence: [lower: {by: $_by}, up]
+  up: {retract: {clearance: $clear}}
+"""
+OTHER = """
+format: stretch-tree/1
+imports: {node: py_trees.behaviours.Failure}
+trees: {fails: {node: {}}}
+"""
 
 
 @pytest.fixture(scope="module")
 def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Program]:
     folder = tmp_path_factory.mktemp("trees")
-    (folder / "lib.yaml").write_text(LIBRARY)
-    (folder / "awkward.yaml").write_text(AWKWARD)
+    for name, text in {"lib": LIBRARY, "awkward": AWKWARD, "twice": TWICE, "feel": FEEL, "other": OTHER}.items():
+        (folder / f"{name}.yaml").write_text(text)
     found = {name: load_program(name).require() for name in shipped_trees()}
-    for name in ("awkward", "lib"):
+    for name in ("awkward", "lib", "twice"):
         found[name] = load_program(folder / f"{name}.yaml").require()
     return found
 
 
-NAMES = [*shipped_trees(), "awkward", "lib"]
+NAMES = [*shipped_trees(), "awkward", "lib", "twice"]
 TASKS = [name for name in NAMES if name != "lib"]
 
 
@@ -205,6 +239,7 @@ def test_btcpp_defines_all_that_it_uses(name: str, programs: dict[str, Program])
     assert root.attrib == {"BTCPP_format": "4"} | ({} if name == "lib" else {"main_tree_to_execute": "main"})
     trees = {tree.get("ID"): tree for tree in root.findall("BehaviorTree")}
     model = {entry.get("ID"): entry for entry in root.findall("TreeNodesModel/*")}
+    assert (len(trees), len(model)) == (len(root.findall("BehaviorTree")), len(root.findall("TreeNodesModel/*")))
     assert all(len(tree) == 1 for tree in trees.values())
     for element in (e for tree in trees.values() for e in tree.iter() if e is not tree):
         children = len(element)
@@ -245,6 +280,32 @@ def test_btcpp_keeps_wiring_and_finds_counterparts(programs: dict[str, Program])
         "fail",
         "with_finally",
     } <= custom
+
+
+def test_btcpp_keeps_apart_what_differs_by_params_devices_classes_and_fields(programs: dict[str, Program]) -> None:
+    root = ET.fromstring(export(programs["twice"], "btcpp"))
+    trees = {tree.get("ID"): list(tree.iter())[1:] for tree in root.findall("BehaviorTree")}
+
+    def found(tree: str, tag: str) -> list[dict[str, str]]:
+        return [e.attrib for e in trees[tree] if e.tag == tag]
+
+    assert found("main", "SubTree") == [
+        {"ID": "feel-touch", "_by_": "1 mm"},
+        {"ID": "feel-touch", "arm": "right", "_by_": "1 mm"},
+        {"ID": "feel-touch-2", "_by_": "1 mm"},
+        {"ID": "other-fails"},
+        {"ID": "with_finally"},
+    ]
+    assert found("feel-touch", "SubTree") == [{"ID": "feel-up", "arm": "{arm}"}]
+    assert found("feel-touch", "Action") == [{"ID": "lower", "arm": "{arm}", "by": "{_by_}"}]
+    assert found("feel-up", "Action") == [{"ID": "retract", "arm": "{arm}", "clearance": "20 mm"}]
+    assert found("feel-touch-2", "Action") == [{"ID": "lower", "arm": "arm", "by": "{_by_}"}]
+    assert found("feel-up-2", "Action") == [{"ID": "retract", "arm": "arm", "clearance": "30 mm"}]
+    assert found("other-fails", "Action") != found("main", "Action")[-1:]
+    assert found("main", "Decorator") == [{"ID": "repeat", "times": "2", "collect": "{all: $n}"}]
+    assert found("main", "Timeout") == [{"msec": "1"}, {"msec": "1"}]
+    (port,) = [p for p in root.findall("TreeNodesModel/SubTree[@ID='feel-touch']/*") if p.get("type") == "Arm"]
+    assert port.attrib == {"name": "arm", "type": "Arm", "default": "arm"}
 
 
 def test_a_large_task_is_drawn_whole(tmp_path: Path) -> None:

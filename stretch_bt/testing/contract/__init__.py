@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from stretch_bt.errors import InvalidInput, StretchError
+from stretch_bt.source import did_you_mean
 from stretch_bt.testing.contract.cut import CutClauses, CutMotionClauses
 from stretch_bt.testing.contract.life import LifeClauses
 from stretch_bt.testing.contract.sensing import CameraClauses, ForceClauses
@@ -78,12 +79,15 @@ def device_contract(
         Puts more than two tolerances on a force sensor: acts on the simulator, or on the open device where there is none, which it is given
         where it takes an argument.
     """
+    if kind is not None and kind not in READINGS:
+        hint = did_you_mean(kind, READINGS) or f"one of {', '.join(READINGS)}"
+        raise InvalidInput(f"there is no contract of the kind {kind!r}; {hint}")
     kind = kind or _kind(cell, device, start)
     if moves is not None and (kind not in ("Arm", "Gripper") or not (callable(moves) or len(moves) == 2)):
         raise InvalidInput(f"moves of a {kind}: write two openings, m, of a Gripper, or two poses of an Arm")
     if load is not None and kind != "ForceSensor":
         raise InvalidInput(f"load is for a ForceSensor, and {device!r} is a {kind}; leave it out")
-    contract = Contract(cell, device, start, moves, tolerance, latency, cut, speed, scene, load)
+    contract = Contract(cell, device, start, moves, tolerance, latency, cut, speed, scene, load, kind)
     doc = f"What the {kind} {device!r} keeps to."
     made: type[Any] = type(
         f"Test{kind}Contract", _OF_KIND[kind], {"__doc__": doc, "contract": contract, "__test__": True}

@@ -9,6 +9,8 @@ from multiprocessing.process import BaseProcess
 from subprocess import Popen, TimeoutExpired
 from typing import Any
 
+from stretch_bt.errors import InvalidInput
+
 __all__ = ["brought_up", "call_with"]
 
 #: how long a process has after it was asked to end, before it is killed, s
@@ -28,14 +30,24 @@ def brought_up(start: Callable[[], Any] | None) -> Iterator[Any]:
         with made as simulator:
             yield simulator
     elif inspect.isgenerator(made):
-        yield next(made)
-        next(made, None)
+        try:
+            yield _first(made)
+        finally:
+            next(made, None)
+            made.close()
     else:
         try:
             yield made
         finally:
             ends = [getattr(made, name, None) for name in ("stop", "close")]
             next((end for end in ends if end is not None), lambda: None)()
+
+
+def _first(made: Iterator[Any]) -> Any:
+    """Return what a generator yields."""
+    for simulator in made:
+        return simulator
+    raise InvalidInput("the generator of 'start' yields nothing; yield the simulator once, then end it")
 
 
 def call_with(function: Callable[..., Any], given: Any) -> None:

@@ -57,6 +57,8 @@ class Contract:
     speed: float | None
     scene: str | Path | None
     load: Callable[..., Any] | None = None
+    #: kind of the device for which the clauses are; None where any may be
+    kind: str | None = None
     #: readings for the clauses on readings
     looked: dict[str, list[Any]] = field(default_factory=dict)
 
@@ -83,6 +85,8 @@ class Trial:
             raise InvalidInput(f"the cell has no device {contract.device!r}, but {', '.join(spec.devices)}")
         self.contract, self.simulator, self.spec = contract, simulator, spec
         self.kind = spec.devices[contract.device].type
+        if contract.kind not in (None, self.kind):
+            raise InvalidInput(f"{contract.device!r} is a {self.kind}, not a {contract.kind}; write kind={self.kind!r}")
         #: twins and recordings go by a clock that the test moves, all else by the machine's clock
         self.virtual = None if spec.devices[contract.device].implementation.real else VirtualClock()
         self.now: Callable[[], float] = time.monotonic if self.virtual is None else self.virtual.now

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Collection, Hashable, Mapping
+from itertools import count
 
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.export.escape import clean
-from stretch_bt.tree.flow import Part
+from stretch_bt.tree.flow import Call, Part
 from stretch_bt.tree.flow.guard import Check
 from stretch_bt.tree.flow.parallel import Parallel
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.nodes import as_text
 
-__all__ = ["Model", "model_name", "port_name"]
+__all__ = ["Model", "entry_of", "port_name"]
 
 FINALLY = "with_finally"
-
-
-def model_name(name: str) -> str:
-    """Return the name of a tree as that format allows it: without a dot."""
-    return name.replace(".", "-")
 
 
 def port_name(name: str) -> str:
@@ -29,11 +26,21 @@ def port_name(name: str) -> str:
     return f"{name}_" if name in ("ID", "name") or name.startswith("_") else name
 
 
-class Model:
-    """Collects the nodes that a file uses, each once."""
+def entry_of(key: str) -> str:
+    """Return how an attribute names the Blackboard's entry for a key, which is that of the port where it crosses the border."""
+    return f"{{{port_name(key)}}}"
 
-    def __init__(self) -> None:
+
+class Model:
+    """Collects the nodes and trees that a file uses, each once and each with an ID of its own.
+
+    `handed` holds, by the id of a tree's signature, the devices that calls hand to it: they are ports of that tree.
+    """
+
+    def __init__(self, handed: Mapping[int, Collection[str]]) -> None:
         self._entries: dict[str, ET.Element] = {}
+        self._ids: dict[Hashable, str] = {}
+        self._handed = handed
 
     def element(self) -> ET.Element:
         """Return the model, in the order of the alphabet."""
@@ -41,12 +48,30 @@ class Model:
         model.extend(self._entries[name] for name in sorted(self._entries))
         return model
 
-    def leaf(self, info: NodeInfo) -> str:
-        """Add a node of the registry; return its category."""
+    def tree_name(self, signature: Signature) -> str:
+        """Return the ID of a tree; calls with other params are calls of other trees."""
+        return self._id(id(signature), signature.qualified)
+
+    def device(self, within: Signature, name: str) -> str:
+        """Return how a tree writes one of its devices: by name, or as the port by which its callers hand it on."""
+        return entry_of(name) if name in self._handed[id(within)] else name
+
+    def devices_of_call(self, within: Signature, call: Call) -> dict[str, str]:
+        """Return the devices that a call in the tree `within` hands on, by port."""
+        found = {}
+        for name in sorted(self._handed[id(call.target)]):
+            given = self.device(within, call.devices.get(name, name))
+            if given != name:  # else it is the default
+                found[port_name(name)] = given
+        return found
+
+    def leaf(self, info: NodeInfo) -> tuple[str, str]:
+        """Add a node of the registry; return its category and its ID."""
         tag = "Condition" if info.cls.kind == "condition" and info.instant else "Action"
-        entry = self._entry(tag, info.name)
+        known = self._id((info.name, info.cls), info.name)
+        entry = self._entry(tag, known)
         if entry is None:
-            return tag
+            return tag, known
         for port in info.ports.values():
             if port.role is Role.OUTPUT:
                 continue
@@ -60,7 +85,7 @@ class Model:
             declared = info.ports.get(name)
             doc = declared.doc if declared else f"standard deviation of {name.removesuffix('_sd')}"
             _port(entry, "output_port", name, type_.name, doc)
-        return tag
+        return tag, known
 
     def construct(self, part: Part) -> tuple[str, dict[str, str]]:
         """Add a construct without counterpart; return its category and attributes."""
@@ -70,29 +95,46 @@ class Model:
         tag = "Condition" if isinstance(part, Check) else "Action"
         if part.children():
             tag = "Control" if isinstance(part, Parallel) else "Decorator"
-        entry = self._entry(tag, part.keyword)
-        for name in settings if entry is not None else ():
-            _port(entry, "input_port", name, "std::string", "")
+        self._entry(tag, part.keyword)
+        entry = self._entries[part.keyword]
+        declared = {port.get("name") for port in entry}
+        for name in settings:  # each use may write others
+            if port_name(name) not in declared:
+                _port(entry, "input_port", name, "std::string", "")
         return tag, {"ID": part.keyword, **{port_name(name): text for name, text in settings.items()}}
 
     def finally_(self) -> str:
-        """Add the node whose second child runs at the end, however the first ended; return its name."""
-        self._entry("Control", FINALLY)
-        return FINALLY
+        """Add the node whose second child runs at the end, however the first ended; return its ID."""
+        known = self._id(FINALLY, FINALLY)
+        self._entry("Control", known)
+        return known
 
     def subtree(self, signature: Signature) -> None:
-        """Add a tree with what crosses its border."""
-        entry = self._entry("SubTree", model_name(signature.qualified))
+        """Add a tree, which comes once, with what crosses its border and the devices that calls hand to it."""
+        entry = self._entry("SubTree", self.tree_name(signature))
+        for name in sorted(self._handed[id(signature)]):
+            kind = signature.document.devices[name].interface.__name__
+            _port(entry, "input_port", name, kind, "", name)
         for tag, table in (
             ("input_port", signature.ins),
             ("inout_port", signature.inouts),
             ("output_port", signature.outs),
         ):
-            for declared in table.values() if entry is not None else ():
+            for declared in table.values():
                 default = as_text(declared.default, declared.type) if declared.has_default else None
                 _port(entry, tag, declared.name, declared.type.name, declared.doc, default)
-        for name, declared in signature.deviations.items() if entry is not None else ():
+        for name, declared in signature.deviations.items():
             _port(entry, "output_port", name, declared.type.name, f"standard deviation of {declared.name}", None)
+
+    def _id(self, thing: Hashable, name: str) -> str:
+        """Return the ID of a thing: its name without a dot, which the format does not allow, and with a number where it is taken."""
+        if thing not in self._ids:
+            free = name = name.replace(".", "-")
+            numbers = count(2)
+            while free in self._ids.values():
+                free = f"{name}-{next(numbers)}"
+            self._ids[thing] = free
+        return self._ids[thing]
 
     def _entry(self, tag: str, name: str) -> ET.Element | None:
         """Return a new entry, or None when there is one of this name."""
