@@ -25,6 +25,8 @@ CONTENTS = {
     "a picture": (b"\x89PNG\r\n\x1a\n\0\0", "file-binary", "not UTF-8"),
     "NUL bytes": (b"format: \0", "file-binary", "NUL"),
     "latin-1": ("doc: Kraft in µN\n".encode("latin-1"), "file-binary", "not UTF-8"),
+    "a mark of byte order and a bad byte": (b"\xef\xbb\xbfa\xff", "file-binary", "byte 4 is not UTF-8"),
+    "the mark, and a cut within a character": (b"\xef\xbb\xbfa\xc3\xa9bc\xff", "file-binary", "byte 8 is not UTF-8"),
     "UTF-16": (HEAD.encode("utf-16"), "file-binary", "not UTF-8"),
     "50 MB": (b"a: b\n" * 10_000_000, "file-size", "over 1 MB"),
     "billion laughs": (laughs(20, 9).encode(), "yaml-size", "anchors expanded"),
