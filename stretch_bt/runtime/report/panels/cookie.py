@@ -8,7 +8,7 @@ from typing import Any
 
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
-from stretch_bt.runtime.report.text import escape, number, section, table
+from stretch_bt.runtime.report.text import escape, number, seconds, section, table
 from stretch_bt.runtime.sketches import SKETCHES
 from stretch_bt.units import is_number
 
@@ -40,7 +40,7 @@ def _sides(sketches: Sequence[dict[str, Any]]) -> str:
     for row, name in zip(chosen, ("before", "while", "after"), strict=True):
         left, right = min(x for x, _ in row["side"]), max(x for x, _ in row["side"])
         shifted = [(1e3 * (x - left) + start, 1e3 * z) for x, z in _closed(row["side"])]
-        lines.append(Line(shifted, SHAPES, f"{name}, {number(float(row['time']))} s"))
+        lines.append(Line(shifted, SHAPES, f"{name}, {seconds(float(row['time']))} s"))
         start += 1e3 * (right - left) + 8
     return chart("from the side", "mm", "mm", lines, [])
 
