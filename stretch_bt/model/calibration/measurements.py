@@ -50,8 +50,9 @@ class Measurements:
 
     @classmethod
     def of(cls, table: Table) -> Measurements:
-        """Return the presses of hemispheres of a table: nothing above first contact, and as one stretch
-        those that steps of up to 0.65 mm join, 1.3 mm in all.
+        """Return the presses of hemispheres of a table, where a depth above first contact is 0.
+
+        Stretches that steps of at most 0.65 mm join, 1.3 mm in all, are one: their mean.
         """
         ball = table.geometry == "sphere"
         if not ball.any():
