@@ -8,6 +8,7 @@ the absolute error goes with depth, stretch and diameter; then the maps. `--reco
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -136,7 +137,8 @@ def _cell(value: float | None) -> str:
 
 
 def _shown(value: Estimate, scale: float, unit: str) -> str:
-    return f"{value.value * scale:.3f} +- {value.sd * scale:.3f} {unit}"
+    error = f" +- {value.sd * scale:.3f}" if math.isfinite(value.sd) else ""
+    return f"{value.value * scale:.3f}{error} {unit}"
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
@@ -37,6 +38,7 @@ __all__ = [
     "Torque",
     "Volume",
     "Within",
+    "format_apart",
     "format_quantity",
     "is_number",
     "kind_of",
@@ -157,14 +159,15 @@ class Within:
         """Return the value; raises InvalidInput when it is out of bounds."""
         if self.min <= value <= self.max:
             return value
-        bounds = (("at least", self.min), ("at most", self.max))
-        allowed = " and ".join(f"{word} {self._shown(b)}" for word, b in bounds if math.isfinite(b))
-        raise InvalidInput(f"{self._shown(value)} is out of bounds; write {allowed}")
+        given, least, most = _distinct(self._shown, value, self.min, self.max)
+        bounds = ((self.min, f"at least {least}"), (self.max, f"at most {most}"))
+        allowed = " and ".join(text for bound, text in bounds if math.isfinite(bound))
+        raise InvalidInput(f"{given} is out of bounds; write {allowed}")
 
-    def _shown(self, value: float) -> str:
-        return (
-            f"{100 * value:.6g} %" if self.percent else format_quantity(value, KINDS[self.kind] if self.kind else None)
-        )
+    def _shown(self, value: float, digits: int) -> str:
+        if self.percent:
+            return f"{100 * value:.{digits}g} %"
+        return format_quantity(value, KINDS[self.kind] if self.kind else None, digits)
 
 
 def _of_percentage(given: Any) -> Any:
@@ -442,3 +445,16 @@ def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4
     if kind is None:
         return f"{value:.{digits}g}"
     return f"{value / kind.scale:.{digits}g} {kind.unit}"
+
+
+def format_apart(kind: Kind, value: float, *bounds: float) -> list[str]:
+    """Return a value and the bounds that it is past as text, SI in, with as many digits as tell it from each of them."""
+    return _distinct(lambda number, digits: format_quantity(number, kind, digits), value, *bounds)
+
+
+def _distinct(show: Callable[[float, int], str], value: float, *others: float) -> list[str]:
+    for digits in (*range(4, 18), 4):  # of equal ones the fewest
+        texts = [show(number, digits) for number in (value, *others)]
+        if texts[0] not in texts[1:]:
+            break
+    return texts

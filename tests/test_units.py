@@ -20,6 +20,7 @@ from stretch_bt.units import (
     Estimate,
     Length,
     Within,
+    format_apart,
     format_quantity,
     is_number,
     kind_of,
@@ -170,9 +171,28 @@ def test_fields_of_files_carry_units_and_bounds() -> None:
 
     adapter = TypeAdapter(Annotated[Length, Within(0.001, 0.01, "Length")])
     assert adapter.validate_python("5 mm") == 0.005
-    for text, said in (("5", "write '5 mm'"), ("5 cm", "at most 10 mm"), ("0 mm", "at least 1 mm")):
+    for text, said in (
+        ("5", "write '5 mm'"),
+        ("5 cm", "at most 10 mm"),
+        ("0 mm", "at least 1 mm"),
+        ("10.0001 mm", "10.0001 mm is out of bounds"),
+        ("0.99999999999 mm", "0.99999999999 mm is out of bounds"),
+    ):
         with pytest.raises(ValidationError, match=said):
             adapter.validate_python(text)
+
+
+def test_a_share_is_told_apart_from_its_bound() -> None:
+    with pytest.raises(InvalidInput, match=r"^100\.0000001 % is out of bounds; write at least 0 % and at most 100 %"):
+        Within(0.0, 1.0, percent=True).check(1.000000001)
+
+
+@given(st.floats(1e-6, 1e6), st.sampled_from([-1, 1]), st.floats(1e-13, 1.0))
+def test_a_value_and_the_bounds_that_it_is_past_are_told_apart(bound: float, sign: int, part: float) -> None:
+    value, kind = bound * (1 + sign * part), KINDS["Length"]
+    told, *bounds = format_apart(kind, value, bound, 2 * bound + 1)
+    assert told not in bounds
+    assert kind.parse(told) == pytest.approx(value, rel=1e-3)
 
 
 @given(numbers, st.floats(0, 1e6))

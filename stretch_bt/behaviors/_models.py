@@ -10,7 +10,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
 from stretch_bt.model.force.force_model import FITTED, PAPER
 from stretch_bt.tree.ports import Behavior, In, port
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.units import KINDS, Estimate, format_apart
 
 __all__ = ["ModelBehavior", "inverted", "within_range"]
 
@@ -44,7 +44,7 @@ class ModelBehavior(Behavior):
                 return
             most, planned = self.force_model().range.stretch[1], max_stretch()
             if planned > most + _ROUNDING:
-                asked, held = (format_quantity(v, KINDS["Length"]) for v in (planned, most))
+                asked, held = format_apart(KINDS["Length"], planned, most)
                 raise InvalidInput(
                     f"max_stretch: {asked} is past {held}, up to which the model {self.model!r} holds; set max_stretch to {held} or less, or "
                     f"calibrate at larger stretches"

@@ -14,7 +14,7 @@ from stretch_bt.model.calibration.conditioning import Conditioning
 from stretch_bt.model.calibration.protocol import Protocol, protocol
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import KINDS, Length, format_quantity
+from stretch_bt.units import KINDS, Length, format_apart
 
 _ROUNDING = 1e-9
 
@@ -80,7 +80,7 @@ def _check_within(wanted: Protocol, limits: Limits | None) -> None:
     ):
         beyond = [v for v in values if not low - _ROUNDING <= v <= high + _ROUNDING]
         if beyond:
-            asked, lowest, highest = (format_quantity(v, KINDS["Length"]) for v in (beyond[-1], low, high))
+            asked, lowest, highest = format_apart(KINDS["Length"], beyond[-1], low, high)
             raise InvalidInput(f"{name}: {asked} is past the limits of the hand; use {lowest} to {highest}")
     for geometry, size in wanted.indenters():
         try:

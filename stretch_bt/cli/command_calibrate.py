@@ -48,8 +48,16 @@ def command(
     emit_json(found.to_json()) if json_ else _show(found, out)
 
 
+_KPA, _MM = (", kPa", 1e-3), (", mm", 1e3)
 #: parameters that have a unit, and how they are shown in it
-_SHOWN = {"shear_modulus": (", kPa", 1e-3), "thickness": (", mm", 1e3), "mount_prestretch": (", mm", 1e3)}
+_SHOWN = {
+    "shear_modulus": _KPA,
+    "thickness": _MM,
+    "mount_prestretch": _MM,
+    "floor": _KPA,
+    "amplitude": _KPA,
+    "decay": _MM,
+}
 
 
 def _show(found: Calibration, out: Path) -> None:
@@ -62,7 +70,7 @@ def _show(found: Calibration, out: Path) -> None:
         end = " (at its bound)" if name in BOUNDS and at_an_end(name, value) else ""
         if name == "softening" and conditioned is not None and not conditioned.softens:
             end = " (held: the membrane was not conditioned)"
-        unit, factor = _SHOWN.get(name, ("", 1.0))
+        unit, factor = _SHOWN.get(name.partition(" at ")[0], ("", 1.0))
         typer.echo(f"{name + unit:40} {factor * value:.5g}{end} +- {factor * sd:.2g}")
     if found.zero.common_sd:
         typer.echo(
@@ -85,12 +93,12 @@ def _signed(length: float) -> str:
 
 
 def _parameters(fields: dict[str, Any]) -> list[tuple[str, float, float]]:
-    """Return name, value and standard deviation of what was fitted."""
+    """Return name, value and standard deviation of what was fitted, SI."""
     if "hand" in fields:
         return [(name, value, fields["sd"][name]) for name, value in fields["hand"].items()]
     names = ("floor", "amplitude", "decay")
     states = fields["states"]
-    return [(f"{n} at {1e3 * s['stretch']:.0f} mm", s[n], s[f"{n}_sd"]) for s in states for n in names]
+    return [(f"{n} at {1e3 * s['stretch']:.4g} mm", s[n], s[f"{n}_sd"]) for s in states for n in names]
 
 
 def _draw(found: Calibration, path: Path) -> None:

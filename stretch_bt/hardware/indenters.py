@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS, format_apart
 
 __all__ = ["GEOMETRIES", "check_indenter", "described"]
 
@@ -23,7 +23,7 @@ def check_indenter(geometry: str, size: float) -> None:
         raise InvalidInput(f"there is no indenter {geometry!r}; write one of {', '.join(GEOMETRIES)}")
     kind, low, high = GEOMETRIES[geometry]
     if not (math.isfinite(size) and low <= size <= high):
-        asked, least, most = (format_quantity(v, KINDS[kind]) for v in (size, low, high))
+        asked, least, most = format_apart(KINDS[kind], size, low, high)
         raise InvalidInput(f"no {geometry} of {asked} can be mounted; use {least} to {most}")
 
 

@@ -13,7 +13,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.asked import check_speed
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.slack import most_measured
-from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_quantity
+from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_apart, format_quantity
 
 __all__ = ["LIMITED", "ContactLimit", "Limits", "Span"]
 
@@ -166,20 +166,11 @@ def _past(name: str, value: float, most: float, kind: str) -> str:
 
 
 def _told_past(name: str, value: float, most: float, kind: str) -> str:
-    asked, allowed = _apart(kind, value, most)
+    asked, allowed = format_apart(KINDS[kind], value, most)
     return f"{name} {asked} is past the limit of the cell, at most {allowed}"
-
-
-def _apart(kind: str, value: float, *bounds: float) -> list[str]:
-    """Return a value and its bounds as text, with as many digits as distinguish them."""
-    for digits in (4, 7, 12):
-        texts = [format_quantity(v, KINDS[kind], digits) for v in (value, *bounds)]
-        if texts[0] not in texts[1:]:
-            break
-    return texts
 
 
 def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str]) -> None:
     if not span.min - _ROUNDING <= value <= span.max + _ROUNDING:
-        asked, least, most = _apart("Length", value, span.min, span.max)
+        asked, least, most = format_apart(KINDS["Length"], value, span.min, span.max)
         raise BeyondLimits(device, f"{name} {asked} is past the limits of the cell, {least} to {most}", concerns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ from stretch_bt.tree.document import Param
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program, load_program
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS, format_apart, format_quantity
 
 __all__ = ["beyond_cell", "check_devices"]
 
@@ -181,18 +182,19 @@ class _Asked:
         if (least is None or least >= low - _ROUNDING) and most is not None and most <= high + _ROUNDING:
             return
         kind = _KINDS.get(limit, KINDS["Length"])
-        allowed = " to ".join(format_quantity(end, kind) for end in (low, high) if end > -1e300)
+        given, *ends = format_apart(kind, math.inf if most is None else most, low, high)
+        allowed = " to ".join(text for text, end in zip(ends, (low, high), strict=True) if end > -1e300)
         where = f"{path}: {declared.name}"
         field, note = self._place(limit)
         bound = f"{self.spec.path.name} allows {'' if ' to ' in allowed else 'at most '}{allowed}{note}"
         if value is MISSING:
-            able = "anything" if most is None else f"up to {format_quantity(most, kind)}"
+            able = "anything" if most is None else f"up to {given}"
             message = f"{where} is known in the run alone and takes {able}; {bound}"
             self.found.append(
                 mark.warning("cell-limit", message, "the node fails where it is more; bound it before this node")
             )
         else:
-            message = f"{where} is {format_quantity(value, kind)}; {bound}"
+            message = f"{where} is {given}; {bound}"
             hint = f"write what the cell allows, or widen its limits ('limits: {{{field}: ...}}')"
             self.found.append(mark.error("cell-limit", message, hint))
 

@@ -88,8 +88,7 @@ class _Composer:
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, depth)
         assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)
-        if event.tag is not None:
-            self.refuse(event, "yaml-tag", f"tags such as {event.tag!r} have no meaning here", "remove the tag")
+        self.untagged(event)
         before, above, self.deepest = self.count, self.deepest, depth
         if isinstance(event, yaml.ScalarEvent):
             made: Value = self.scalar(event)
@@ -135,7 +134,7 @@ class _Composer:
         while not isinstance(key_event := next(self.events), yaml.MappingEndEvent):
             if not isinstance(key_event, yaml.ScalarEvent):
                 self.refuse(key_event, "yaml-key", "a key must be plain text", "put the value under a name")
-            key = self.scalar(key_event)
+            key = self.key(key_event)
             if key.text in pairs:
                 first, before = pairs[key.text]
                 again = self.value(next(self.events), depth + 1)
@@ -147,6 +146,16 @@ class _Composer:
                 self.refuse(key_event, "yaml-merge", "merge keys (<<) are not YAML 1.2", "write the values out")
             pairs[key.text] = (key, self.value(next(self.events), depth + 1))
         return Map(tuple(pairs.values()), self.mark(event, 1))
+
+    def key(self, event: yaml.ScalarEvent) -> Scalar:
+        self.untagged(event)
+        if event.anchor is not None:
+            self.refuse(event, "yaml-key", f"the anchor &{event.anchor} stands on a key", "put it before the value")
+        return self.scalar(event)
+
+    def untagged(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent) -> None:
+        if event.tag is not None:
+            self.refuse(event, "yaml-tag", f"tags such as {event.tag!r} have no meaning here", "remove the tag")
 
     def scalar(self, event: yaml.ScalarEvent) -> Scalar:
         start, end = event.start_mark, event.end_mark

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from pathlib import Path
 
 from stretch_bt.errors import FileError
@@ -32,11 +33,13 @@ def read_text(path: Path, name: str | None = None) -> str:
         refuse(file, "file-missing", "no such file", "check the path")
     except (OSError, ValueError) as error:
         refuse(file, "file-unreadable", f"the file cannot be read ({error})", "check its permissions")
+    plain = data.removeprefix(BOM_UTF8)
     try:
-        text = data.decode("utf-8-sig")
+        text = plain.decode()
     except UnicodeDecodeError as error:
-        line = len(lines_of(data[: error.start].decode("utf-8-sig")))
-        refuse(file, "file-binary", f"byte {error.start} is not UTF-8 text", "save the file as UTF-8 text", line)
+        line = len(lines_of(plain[: error.start].decode()))
+        place = len(data) - len(plain) + error.start
+        refuse(file, "file-binary", f"byte {place} is not UTF-8 text", "save the file as UTF-8 text", line)
     if "\0" in text:
         line = len(lines_of(text[: text.index("\0")]))
         refuse(file, "file-binary", "the file holds NUL bytes, so it is not text", "name a YAML file", line)

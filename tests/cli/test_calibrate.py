@@ -106,6 +106,17 @@ def test_a_parameter_at_its_bound_is_said_to_be_there(calibrated):
         assert ("0 (at its bound)" in line) == (name in at_bound)
 
 
+def test_the_papers_parameters_are_printed_in_their_units(cli, record, tmp_path):
+    out = tmp_path / "hand.json"
+    printed = cli("calibrate", record, "--out", out, "--model", "paper")[1]
+    state = json.loads(out.read_text())["states"][1]
+    lines = dict(line.split("  ", 1) for line in printed.splitlines() if " at 30 mm" in line)
+    for name, unit, scale in (("floor", "kPa", 1e3), ("amplitude", "kPa", 1e3), ("decay", "mm", 1e-3)):
+        value, _, sd = lines[f"{name} at 30 mm, {unit}"].split()
+        assert float(value) == pytest.approx(state[name] / scale, rel=1e-4)
+        assert float(sd) == pytest.approx(state[f"{name}_sd"] / scale, rel=0.06)
+
+
 def test_a_softening_that_was_held_is_not_said_to_be_at_its_bound(cli, record, tmp_path):
     path = record / NAME
     head, *rows = path.read_text("utf-8").splitlines(True)

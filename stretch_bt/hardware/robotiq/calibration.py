@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, Length, Within, format_quantity
+from stretch_bt.units import KINDS, Length, Within, format_apart, format_quantity
 
 __all__ = ["GripperCalibration"]
 
@@ -63,7 +63,7 @@ class GripperCalibration(BaseModel):
         """Return the count that is nearest to an opening, m; raises InvalidInput outside what was measured."""
         low, high = self.span
         if not low - 1e-9 <= opening <= high + 1e-9:
-            asked, least, most = (format_quantity(v, _MM) for v in (opening, low, high))
+            asked, least, most = format_apart(_MM, opening, low, high)
             raise InvalidInput(f"opening {asked} was not calibrated, but {least} to {most}")
         return self.nearest(opening)
 

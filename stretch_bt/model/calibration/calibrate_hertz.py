@@ -29,13 +29,21 @@ _TOUCHES = 5e-4  # m; lighter presses say more of the zero of depth and of the s
 _FALL = 0.02  # least fall from the smallest to the largest diameter, as a part of the modulus
 
 
-def effective_modulus(depth: npt.ArrayLike, force: npt.ArrayLike, radius: npt.ArrayLike) -> Estimate:
-    """Return E*, Pa, of presses (n,), m and N, with a sphere: least squares through no force at no depth to the formula of Hertz."""
+def effective_modulus(
+    depth: npt.ArrayLike, force: npt.ArrayLike, radius: npt.ArrayLike, force_sd: npt.ArrayLike = 0.0
+) -> Estimate:
+    """Return E*, Pa, of presses (n,), m and N, with a sphere: least squares through no force at no depth to the formula of Hertz.
+
+    Its variance is the larger of two: by the residuals, and by the standard deviations `force_sd` of the forces, N, (n,) or one.
+    """
     unit, given = np.asarray(hertz_force("sphere", depth, 1.0, radius=radius)), np.asarray(force)
-    value = float(unit @ given / (unit @ unit))
+    square = float(unit @ unit)
+    value = float(unit @ given / square)
     left = given - value * unit
     scatter = float(left @ left) / max(len(left) - 1, 1)
-    return Estimate(value, math.sqrt(max(scatter, 1e-12) / float(unit @ unit)))
+    # few presses may agree by chance, and one always agrees with itself
+    stated = float(np.sum((unit * np.asarray(force_sd)) ** 2)) / square
+    return Estimate(value, math.sqrt(max(scatter, stated, 1e-12) / square))
 
 
 def moduli(given: Measurements) -> tuple[Array, Array, Array, Array]:
@@ -48,7 +56,7 @@ def moduli(given: Measurements) -> tuple[Array, Array, Array, Array]:
     for diameter, stretch in states:
         of = given.of_diameter(float(diameter)) & (given.stretch == stretch) & (given.depth > 0)
         if of.any():
-            found = effective_modulus(given.depth[of], given.force[of], float(diameter) / 2)
+            found = effective_modulus(given.depth[of], given.force[of], float(diameter) / 2, given.force_sd[of])
             rows.append((diameter, stretch, found.value, found.sd))
     d, x, e, sd = np.array(rows).T
     return d, x, e, sd

@@ -14,6 +14,7 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source.bounds import read_bytes
+from stretch_bt.source.strict_json import read_json
 
 __all__ = ["Form", "decoded", "digits", "text_of", "wrong"]
 
@@ -45,9 +46,11 @@ class Form:
             hint = f"name the file of a table that {self.tree} wrote"
             raise wrong(name, 1, f"a table begins with {self._mark!r}", hint)
         try:
-            found = json.loads(lines[0][len(self._mark) :])
-        except (ValueError, RecursionError) as error:
-            raise wrong(name, 1, f"what the table comes from is no JSON ({error})", "restore the first line") from None
+            found = read_json(lines[0][len(self._mark) :])
+        except InvalidInput as error:
+            raise wrong(
+                name, 1, f"what the table comes from cannot be read ({error})", "restore the first line"
+            ) from None
         if not isinstance(found, dict):
             raise wrong(name, 1, "what the table comes from is a JSON object", "restore the first line")
         header = ",".join(self.columns)

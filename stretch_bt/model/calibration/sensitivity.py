@@ -156,7 +156,12 @@ def _widths(found: Found, diameter: float) -> list[str]:
 
 def _row(line: str, name: str, number: int) -> tuple[State, float, Found]:
     """Return the press, the time and the finding of a line, SI."""
-    cells = next(csv.reader([line]), [])
+    try:
+        cells = next(csv.reader([line]), [])
+    except csv.Error:
+        longest = csv.field_size_limit()
+        problem = f"a carriage return stands within the line, or a cell is longer than {longest} characters"
+        raise wrong(name, number, problem, _FORM.mend) from None
     if len(cells) != len(COLUMNS):
         raise wrong(
             name, number, f"a row has {len(COLUMNS)} columns, this one {len(cells)}", "repair or remove its press"

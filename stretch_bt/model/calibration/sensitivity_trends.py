@@ -14,7 +14,7 @@ from stretch_bt.model.calibration.protocol import State
 from stretch_bt.model.calibration.sensitivity import Sensed
 from stretch_bt.units import Estimate
 
-__all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "fine_share", "mean_error", "trend"]
+__all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "depth_from", "fine_share", "mean_error", "trend"]
 
 FINE = 1e-3  # m: an error below this is sub-millimetre
 _GRID = {
@@ -52,7 +52,8 @@ class Trend:
     """How the absolute error goes with one quantity where the others stay: over `groups` of presses that share those.
 
     `rank` is the mean of Spearman's rank correlations of the groups, a refusal counting as the largest error; `slope`, m of
-    error a m, the mean of their slopes over presses that were not refused, None where no group has two.
+    error a m, the mean of their slopes over presses that were not refused, None where no group has two. Where one group alone
+    says something, the standard error is NaN.
     """
 
     along: str
@@ -69,17 +70,22 @@ def cells_of(presses: Iterable[Sensed], method: str) -> list[Cell]:
     return [_cell(place, group, method) for place, group in sorted(grouped.items())]
 
 
-def mean_error(presses: Sequence[Sensed], method: str, least_depth: float = 0.0) -> Estimate:
-    """Return the mean absolute error of diameters along i and j, m, with its standard error.
+def depth_from(presses: Sequence[Sensed], least_depth: float) -> float:
+    """Return the depth, m, from which on presses count in a mean error: `least_depth`, or where none is so deep the largest depth."""
+    return min(least_depth, max((_rounded(press, "depth") for press in presses), default=0.0))
 
-    It is over presses of at least `least_depth`, m, or where none is so deep over the deepest; refused presses do not count.
+
+def mean_error(presses: Sequence[Sensed], method: str, least_depth: float = 0.0) -> Estimate:
+    """Return the mean absolute error of diameters along i and j, m, with its standard error, for which one press alone has its own error.
+
+    It is over presses from `depth_from` on; refused presses do not count.
 
     Raises
     ------
     IllConditioned
         The method refused all of these, or there are none.
     """
-    least = min(least_depth, max((_rounded(press, "depth") for press in presses), default=0.0)) - 1e-9
+    least = depth_from(presses, least_depth) - 1e-9
     chosen = [press for press in presses if _rounded(press, "depth") >= least]
     found = [_absolute(errors) for press in chosen if (errors := press.of(method).errors(press.size)) is not None]
     if not found:
@@ -169,6 +175,6 @@ def _slope(group: list[Cell], along: str) -> float | None:
 
 
 def _mean(values: Sequence[float]) -> Estimate:
-    """Return a mean with its standard error; of one value that is not known and taken as 1."""
-    sd = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else 1.0
+    """Return a mean with its standard error, NaN of one value."""
+    sd = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else math.nan
     return Estimate(float(np.mean(values)), sd)

@@ -14,7 +14,7 @@ from stretch_bt.arguments import check_numbers, check_path
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.source.bounds import read_bytes
 from stretch_bt.source.strict_json import read_json
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.units import KINDS, Estimate, format_apart, is_number
 
 __all__ = [
     "FITTED",
@@ -84,7 +84,7 @@ class Range:
         for name, value in values.items():
             low, high = getattr(self, name)
             if not low <= value <= high:
-                asked, least, most = (format_quantity(v, _LENGTH) for v in (value, low, high))
+                asked, least, most = format_apart(_LENGTH, value, low, high)
                 remedy = _REMEDIES[name, value > high]
                 raise InvalidInput(f"{name} {asked} is outside the calibrated range, {least} to {most}: {remedy}")
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS, format_apart
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -109,7 +109,7 @@ class Forms:
 
 def _require(name: str, value: float, known: Array) -> None:
     if not known[0] * (1 - ROUNDING) <= value <= known[-1] * (1 + ROUNDING):
-        least, most, asked = (format_quantity(float(v), KINDS["Length"]) for v in (known[0], known[-1], value))
+        asked, least, most = format_apart(KINDS["Length"], value, float(known[0]), float(known[-1]))
         raise InvalidInput(f"shapes of the membrane are known for a {name} of {least} to {most}, not of {asked}")
 
 

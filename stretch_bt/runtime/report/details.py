@@ -10,7 +10,7 @@ from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.history import History
-from stretch_bt.runtime.report.text import escape, number, section, table
+from stretch_bt.runtime.report.text import escape, number, seconds, section, table
 
 __all__ = ["commands", "facts", "faults", "last_readings"]
 
@@ -27,14 +27,14 @@ def last_readings(record: RecordReader, history: History) -> str:
     if failures:
         last = [event for event in failures if event["tick"] == failures[-1]["tick"]]
         failure = max(last, key=lambda event: event["path"].count("/"))
-        note = f"<code>{escape(failure['path'])}</code> at {number(failure['time'])} s: {escape(failure['reason'])}"
+        note = f"<code>{escape(failure['path'])}</code> at {seconds(failure['time'])} s: {escape(failure['reason'])}"
     rows = [(escape(d), escape(name), _show(r.value), *_times(r)) for d, name, r in history.last]
     content = table(("device", "reading", "value", "device time, s", "number"), rows, (3, 4)) if rows else ""
     return section("Last readings", content or (" " if note else ""), note)
 
 
 def _times(reading: Reading[Any]) -> tuple[str, ...]:
-    return tuple(escape(number(value)) for value in (reading.device_time, reading.sequence))
+    return escape(seconds(reading.device_time)), escape(number(reading.sequence))
 
 
 def _show(value: Any) -> str:
@@ -57,7 +57,7 @@ def commands(record: RecordReader) -> str:
     given = [event for event in record.events if event["type"] == "command"]
     rows = [
         (
-            number(e["time"]),
+            seconds(e["time"]),
             escape(f"{e['device']}.{e['name']}"),
             _arguments(e["arguments"]),
             f"<code>{escape(e['owner'])}</code>",
@@ -84,7 +84,7 @@ def _compact(value: Any) -> str:
 def faults(record: RecordReader) -> str:
     """Return the table of faults that reached nodes, and of what the runner noted."""
     found = [event for event in record.events if event["type"] not in _SHOWN_ELSEWHERE]
-    rows = [(number(e["time"]), escape(e["type"]), escape(_sentence(e))) for e in found[:MAX_ROWS]]
+    rows = [(seconds(e["time"]), escape(e["type"]), escape(_sentence(e))) for e in found[:MAX_ROWS]]
     return table(("time, s", "what", "details"), rows, (0,)) + _more(len(found)) if rows else ""
 
 

@@ -15,7 +15,7 @@ from stretch_bt.runtime.report.panels import panels
 from stretch_bt.runtime.report.pictures import pictures
 from stretch_bt.runtime.report.plot import plot
 from stretch_bt.runtime.report.style import STYLE
-from stretch_bt.runtime.report.text import escape, number, section
+from stretch_bt.runtime.report.text import escape, seconds, section
 from stretch_bt.runtime.report.timeline import legend, timeline
 
 __all__ = ["write_report"]
@@ -88,7 +88,7 @@ def _head(record: RecordReader, title: str) -> str:
     result = record.result or {}
     status = str(result.get("status", "UNFINISHED"))
     reason = result.get("reason") or (
-        "" if record.complete else f"the record ends early, at {number(record.until)} s: its process was killed"
+        "" if record.complete else f"the record ends early, at {seconds(record.until)} s: its process was killed"
     )
     facts = "".join(f"<li>{name} <b>{escape(value)}</b></li>" for name, value in _headline(record, result))
     return (
@@ -109,7 +109,7 @@ def _headline(record: RecordReader, result: dict[str, Any]) -> Iterator[tuple[st
     yield "ticks", str(result.get("ticks", len(record.ticks)))
     for name, label in (("task_seconds", "task time"), ("wall_seconds", "wall time"), ("cpu_seconds", "CPU time")):
         if name in result:
-            yield label, f"{number(result[name])} s"
+            yield label, f"{seconds(result[name])} s"
 
 
 def _plots(series: dict[str, Any], history: History) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stretch_bt.frames import DepthFrame
 from stretch_bt.runtime.report.history import Frames
-from stretch_bt.runtime.report.text import escape, number
+from stretch_bt.runtime.report.text import escape, number, seconds
 
 __all__ = ["pictures"]
 
@@ -36,7 +36,7 @@ def _range(frames: Frames) -> tuple[float, float]:
 
 def _figure(device: str, which: str, time: float, frame: DepthFrame, low: float, high: float) -> str:
     valid = f"{np.mean(frame.raw > 0):.1%} valid"
-    caption = f"<b>{escape(device)}</b> <span>{which} frame, {number(time)} s, {valid}</span>"
+    caption = f"<b>{escape(device)}</b> <span>{which} frame, {seconds(time)} s, {valid}</span>"
     caption += f"<em>{number(low * 1e3)} to {number(high * 1e3)} mm</em>"
     return f'<figure><figcaption>{caption}</figcaption><img alt="depth" src="{_picture(frame, low, high)}"></figure>'
 

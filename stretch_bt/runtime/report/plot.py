@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stretch_bt.runtime.report.history import Series
 from stretch_bt.runtime.report.scale import ticks
-from stretch_bt.runtime.report.text import escape, number
+from stretch_bt.runtime.report.text import escape, number, seconds
 
 __all__ = ["plot"]
 
@@ -76,7 +76,7 @@ def _grid(frame: _Frame) -> str:
     for time in ticks(frame.start, frame.end, 6):
         x = frame.x(time)
         parts.append(f'<path class="g" d="M{x:.1f} {TOP}V{bottom}"/>')
-        parts.append(f'<text class="c" x="{x:.1f}" y="{bottom + 15}">{number(time, 5)} s</text>')
+        parts.append(f'<text class="c" x="{x:.1f}" y="{bottom + 15}">{seconds(time)} s</text>')
     return "".join(parts)
 
 

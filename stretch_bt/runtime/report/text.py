@@ -7,7 +7,11 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-__all__ = ["escape", "number", "section", "table", "with_sd"]
+from stretch_bt.units import is_number
+
+__all__ = ["escape", "number", "seconds", "section", "table", "with_sd"]
+
+_MOST_DECIMALS = 12  # past these a number is shown by its power of ten
 
 
 def escape(content: object) -> str:
@@ -23,14 +27,22 @@ def number(value: Any, digits: int = 4) -> str:
 
 
 def with_sd(value: Any, sd: Any) -> str:
-    """Return `value ± sd`, the sd with two digits and the value with as many decimals."""
-    numeric = all(isinstance(v, int | float) and math.isfinite(v) for v in (value, sd))
-    if not numeric or sd <= 0:
+    """Return `value ± sd`, the sd with two digits and the value to the same decimal place."""
+    if not (is_number(value) and is_number(sd)) or sd <= 0:
         return number(value)
     decimals = 1 - math.floor(math.log10(sd))
-    if not 0 <= decimals <= 6:
-        return f"{number(value)} ± {number(sd, 2)}"
-    return f"{value:.{decimals}f} ± {sd:.{decimals}f}".replace("-", "−")
+    if abs(decimals) > _MOST_DECIMALS:
+        digits = max(decimals + math.floor(math.log10(abs(value))), 0) if value else 1
+        return f"{value:.{digits}e} ± {sd:.1e}".replace("-", "−")
+    shown = (f"{round(v, decimals):.{max(decimals, 0)}f}" for v in (value, sd))
+    return " ± ".join(shown).replace("-", "−")
+
+
+def seconds(time: Any) -> str:
+    """Return a time, s, to the millisecond, below 1 s in four digits; None as a dash."""
+    if not is_number(time) or abs(time) < 1:
+        return number(time)
+    return f"{time:.3f}".rstrip("0").rstrip(".").replace("-", "−")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Sequence[int] = ()) -> str:

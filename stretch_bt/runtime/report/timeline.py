@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stretch_bt.runtime.report.history import Span
 from stretch_bt.runtime.report.scale import ticks
-from stretch_bt.runtime.report.text import escape, number
+from stretch_bt.runtime.report.text import escape, seconds
 
 __all__ = ["legend", "timeline"]
 
@@ -59,7 +59,7 @@ def _axis(start: float, end: float, scale: float, height: int) -> str:
     for time in ticks(start, end, 9):
         x = LABELS + scale * (time - start)
         parts.append(f'<path class="g" d="M{x:.1f} {TOP - 4}V{height - 4}"/>')
-        parts.append(f'<text class="c" x="{x:.1f}" y="{TOP - 9}">{number(time, 5)} s</text>')
+        parts.append(f'<text class="c" x="{x:.1f}" y="{TOP - 9}">{seconds(time)} s</text>')
     return "".join(parts)
 
 
@@ -77,7 +77,7 @@ def _bar(path: str, span: Span, index: int, x: float, scale: float) -> str:
     width = max(scale * (span.end - span.start), MARK)
     shift = 0 if span.status == "RUNNING" else MARK / 2
     y = TOP + ROW * index + 3
-    when = f"{number(span.start)} s" if span.end == span.start else f"{number(span.start)} to {number(span.end)} s"
+    when = f"{seconds(span.start)} s" if span.end == span.start else f"{seconds(span.start)} to {seconds(span.end)} s"
     title = escape(f"{path}\n{span.status} {when}\n{span.reason}".rstrip())
     kind = escape(span.status.lower())
     return f'<rect class="s-{kind}" x="{x - shift:.1f}" y="{y}" width="{width:.1f}" height="{ROW - 6}" rx="1.5"><title>{title}</title></rect>'

@@ -13,6 +13,7 @@ from stretch_bt.model.calibration.conditioning import Conditioning
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import Range
 from stretch_bt.model.force.membrane import Hand, MembraneModel
+from stretch_bt.model.hertz import hertz_force
 
 NOTHING = tuple((0.0,) * 6 for _ in range(6))
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
@@ -72,6 +73,20 @@ def test_one_diameter_or_stretch_is_enough_for_the_membrane_model_with_a_larger_
     many = calibrated(0.01).model
     assert few.predict(*place)[1] > 1.5 * many.predict(*place)[1]
     assert abs(few.predict(*place)[0] - HAND.predict(*place)[0]) < 3 * few.predict(*place)[1]
+
+
+@pytest.mark.parametrize("presses_a_state", [1, 2, 5])
+def test_a_modulus_is_as_far_off_as_it_states_by_the_errors_of_its_forces(presses_a_state):
+    depth = np.linspace(5e-3, 13e-3, presses_a_state)
+    force = hertz_force("sphere", depth, 8e3, radius=0.015)
+    columns = (np.full(presses_a_state, 0.015), np.zeros(presses_a_state), depth)
+    random = np.random.default_rng(1)
+    ratios = []
+    for _ in range(400):
+        given = Measurements(*columns, force + random.normal(0, 0.05 * force), 0.05 * force)
+        _, _, [modulus], [sd] = calibrate_hertz.moduli(given)
+        ratios.append((modulus - 8e3) / sd)
+    assert 0.7 < math.sqrt(np.mean(np.square(ratios))) < 1.3
 
 
 def test_the_papers_model_tells_its_own_moduli():

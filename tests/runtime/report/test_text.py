@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.runtime.report.scale import ticks
-from stretch_bt.runtime.report.text import number, with_sd
+from stretch_bt.runtime.report.text import number, seconds, with_sd
 
 RANGES = st.tuples(st.floats(-1e4, 1e4), st.floats(1e-6, 1e6))  # where it starts, in spans, and its span
 
@@ -42,7 +42,6 @@ def test_value_and_sd_agree_in_decimals_and_round_right(value: float, sd: float)
 @pytest.mark.parametrize(
     ("value", "sd", "text"),
     [
-        (0.41234, 0.0123, "0.412 ± 0.012"),
         (-2.0, None, "−2"),
         (3, 0.0, "3"),
         ("NaN", 1.0, "NaN"),
@@ -52,6 +51,37 @@ def test_value_and_sd_agree_in_decimals_and_round_right(value: float, sd: float)
 )
 def test_what_has_no_error_stands_alone(value: object, sd: object, text: str) -> None:
     assert with_sd(value, sd) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [
+        (0.41234, 0.0123, "0.412 ± 0.012"),
+        (1.23456789, 1e-7, "1.23456789 ± 0.00000010"),
+        (-123456.0, 152.0, "−123460 ± 150"),
+        (123456, 15.2, "123456 ± 15"),
+        (1.23456e-19, 1.5e-21, "1.235e−19 ± 1.5e−21"),
+        (0.0, 1.5e-21, "0.0e+00 ± 1.5e−21"),
+    ],
+)
+def test_a_value_has_the_decimals_of_its_sd_however_large_or_small(value: float, sd: float, text: str) -> None:
+    assert with_sd(value, sd) == text
+
+
+@pytest.mark.parametrize(
+    ("time", "text"),
+    [
+        (0.0, "0"),
+        (0.00042, "0.00042"),
+        (3.5, "3.5"),
+        (12345.678, "12345.678"),
+        (1.7e9, "1700000000"),
+        (-5000.26, "−5000.26"),
+    ],
+)
+def test_times_keep_their_milliseconds(time: float, text: str) -> None:
+    assert seconds(time) == text
+    assert seconds(None) == "–"
 
 
 def test_whole_numbers_keep_all_digits() -> None:

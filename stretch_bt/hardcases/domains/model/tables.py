@@ -33,8 +33,16 @@ ROW = "sphere,20,,10,5,1,0.4,0.004,60.1,12.5\n"
 TABLES = {
     "nothing": ("", r":1: a table begins with '# stretch-characterization/1 '; name the file"),
     "another table": ("a,b\n1,2\n", r":1: a table begins with"),
-    "half a provenance": ("# stretch-characterization/1 {\n", r":1: what the table comes from is no JSON"),
+    "half a provenance": (
+        "# stretch-characterization/1 {\n",
+        r":1: what the table comes from cannot be read \(it is no JSON",
+    ),
     "a list of provenance": ("# stretch-characterization/1 []\n", r":1: what the table comes from is a JSON object"),
+    "a provenance with NaN": (
+        HEAD.replace("3", "NaN") + ROW,
+        r":1: .* no JSON: NaN is no number\); restore the first line",
+    ),
+    "a provenance past all numbers": (HEAD.replace("3", "1e999") + ROW, r":1: .* no JSON: 1e999 is no number"),
     "no header": (HEAD.splitlines()[0] + "\n", r":2: the header of a table is geometry,"),
     "another header": (HEAD.replace("depth_mm", "depth"), r":2: the header of a table is geometry,"),
     "cut off": (HEAD + ROW + ROW[:-1], r":4: the last line has no line end, .*; remove the line, or run characterize"),
@@ -81,6 +89,8 @@ MAPS = {
     ),
     "a depth that is text": (MAP.replace("20,10,5,1,fit", "20,10,deep,1,fit"), "depth_mm: 'deep' is no finite number"),
     "half a trial": (MAP.replace("20,10,5,1,fit", "20,10,5,1.5,fit"), "trial: '1.5' is no whole number"),
+    "a return within a line": (MAP.replace("ellipse", "elli\rpse"), r":3: a carriage return stands within the line"),
+    "a cell without end": (MAP.replace("ellipse", "e" * 200_000), r":3: .* a cell is longer than 131072 characters"),
     "a stretch below 0": (MAP.replace("20,10,5,1,fit", "20,-10,5,1,fit"), "stretch_mm: -10 is below -1"),
 }
 WRITTEN = Press("sphere", 0.02, 0.0, 0.005, 1, 0.4, 0.004, 0.06, 1.0)

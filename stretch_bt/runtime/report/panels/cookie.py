@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
-from stretch_bt.runtime.report.text import escape, number, section, table
+from stretch_bt.runtime.report.text import escape, number, seconds, section, table
 from stretch_bt.runtime.sketches import SKETCHES
+from stretch_bt.units import is_number
 
 __all__ = ["panel"]
 
@@ -39,7 +40,7 @@ def _sides(sketches: Sequence[dict[str, Any]]) -> str:
     for row, name in zip(chosen, ("before", "while", "after"), strict=True):
         left, right = min(x for x, _ in row["side"]), max(x for x, _ in row["side"])
         shifted = [(1e3 * (x - left) + start, 1e3 * z) for x, z in _closed(row["side"])]
-        lines.append(Line(shifted, SHAPES, f"{name}, {number(float(row['time']))} s"))
+        lines.append(Line(shifted, SHAPES, f"{name}, {seconds(float(row['time']))} s"))
         start += 1e3 * (right - left) + 8
     return chart("from the side", "mm", "mm", lines, [])
 
@@ -47,7 +48,7 @@ def _sides(sketches: Sequence[dict[str, Any]]) -> str:
 def _outlines(sketches: Sequence[dict[str, Any]], record: RecordReader) -> str:
     """Draw the true outline at the end and, about its middle, the sensed one."""
     lines = [Line(_placed(sketches[-1]["outline"]), SHAPES, "true")]
-    sensed = _written(record, "line")
+    sensed = _written(record, "line", _is_line)
     if sensed:
         flat = sensed[-1][1]
         lines.append(Line(_placed([(x, -y) for x, y in zip(flat[::2], flat[1::2], strict=True)]), SENSED, "sensed"))
@@ -85,10 +86,15 @@ def _times(record: RecordReader) -> list[str]:
     return found
 
 
-def _written(record: RecordReader, name: str) -> list[tuple[float, Any]]:
-    """Return the times, s, at which a key of this name was written, and its values."""
+def _written(record: RecordReader, name: str, fits: Callable[[Any], bool] = is_number) -> list[tuple[float, Any]]:
+    """Return the times, s, at which a key of this name was written, and its values, those that fit: any task may have such a key."""
     written = (e for e in record.events if e["type"] == "write" and str(e["key"]).rpartition("/")[2] == name)
-    return [(float(e["time"]), e["value"]) for e in written if e["value"] is not None]
+    return [(float(e["time"]), e["value"]) for e in written if fits(e["value"])]
+
+
+def _is_line(value: Any) -> bool:
+    """Return whether a value is a list of x, y, x, y and so on."""
+    return isinstance(value, list) and len(value) % 2 == 0 < len(value) and all(map(is_number, value))
 
 
 def _circularities(record: RecordReader) -> str:

@@ -12,7 +12,7 @@ from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
 from stretch_bt.runtime.report.panels.looks import Look, read_looks, written
 from stretch_bt.runtime.report.panels.used_model import used_model
-from stretch_bt.runtime.report.text import escape, number, section
+from stretch_bt.runtime.report.text import escape, number, seconds, section
 from stretch_bt.units import parse_unit
 
 __all__ = ["panel"]
@@ -134,6 +134,6 @@ def _name(stretch: float) -> str:
 
 def _title(look: Look) -> str:
     return (
-        f"{number(look.time)} s, stretch {_name(look.stretch)}\ndepth {number(1e3 * look.depth)} mm, force {number(look.force)} N, "
+        f"{seconds(look.time)} s, stretch {_name(look.stretch)}\ndepth {number(1e3 * look.depth)} mm, force {number(look.force)} N, "
         f"drop {number(1e3 * look.drop)} mm"
     )

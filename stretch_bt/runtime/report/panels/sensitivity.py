@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Sensed, read_sensitivity
-from stretch_bt.model.calibration.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
+from stretch_bt.model.calibration.sensitivity_trends import (
+    ALONG,
+    Cell,
+    cells_of,
+    depth_from,
+    fine_share,
+    mean_error,
+    trend,
+)
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.heatmap import Map, Tile, heatmaps
 from stretch_bt.runtime.report.text import escape, number, section, table, with_sd
@@ -23,7 +31,7 @@ _TRENDS = {"depth": "depth", "stretch": "stretch", "size": "diameter"}
 NOTE = (
     "error of the diameter, blue too small, red too large, full at 3 mm; grey was refused; a frame is a mean absolute error below 1 mm; "
     "hover for numbers. A trend is the mean rank correlation of the absolute error with one quantity where the others stay, and the "
-    "slope in mm a mm, each ± one standard error"
+    "slope in mm a mm, each ± one standard error where more than one group of presses has a trend"
 )
 
 
@@ -67,7 +75,7 @@ def _numbers(presses: tuple[Sensed, ...], maps: dict[str, list[Cell]]) -> str:
         "method",
         "below 1 mm",
         "refused",
-        "mean error from 5 mm, mm",
+        f"mean error from {number(1e3 * depth_from(presses, DEEP))} mm, mm",
         *(f"with {name}" for name in _TRENDS.values()),
     )
     rows = [

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.report.panels.cookie import panel
 from stretch_bt.runtime.sketches import SKETCHES, Sketches
@@ -9,7 +11,7 @@ from stretch_bt.runtime.sketches import SKETCHES, Sketches
 CIRCLE = [(0.015 * math.cos(k / 5), 0.015 * math.sin(k / 5)) for k in range(31)]
 
 
-def record(folder, sketches=None, circularity=0.97128):
+def record(folder, sketches=None, circularity=0.97128, keys=()):
     recorder = RunRecord(folder)
     recorder.start({"tree": "form_cookie.yaml", "params": {}}, {})
     for k in range(4):
@@ -17,6 +19,8 @@ def record(folder, sketches=None, circularity=0.97128):
         recorder.write("main/before", 0.030 + 0.001 * k, None, "main/track_height")
         recorder.write("main/read_height/spread", 0.001, None, "main/height_settled")
     recorder.write("main/sense/line", [v for point in CIRCLE for v in point], None, "main/measure_outline")
+    for name, value in keys:
+        recorder.write(f"main/own/{name}", value, None, "main/own")
     if sketches is not None:
         sketches.save(folder)
     outputs = {"circularity_true": {"value": circularity, "unit": "", "sd": None}}
@@ -50,6 +54,16 @@ def test_it_shows_shapes_outlines_and_every_circularity(tmp_path):
     ):
         assert text in shown, text
     assert "nan" not in shown.lower()
+
+
+NOT_OURS = [{"a": 1}, "text", True, math.nan, [0.1, "a"], [0.1, math.inf], [0.1, 0.2, 0.3], [], [[0.1, 0.2]]]
+
+
+@pytest.mark.parametrize("value", NOT_OURS, ids=str)
+def test_a_key_of_the_same_name_and_another_kind_is_left_out(tmp_path, value):
+    keys = [(name, value) for name in ("before", "line", "spread", "residual", "width")]
+    sketches = drawn([0.0, 3.0], {"side": CIRCLE, "outline": CIRCLE})
+    assert panel(record(tmp_path / "record", sketches, keys=keys)) == panel(record(tmp_path / "without", sketches))
 
 
 def test_nothing_is_shown_of_what_keeps_its_shape(tmp_path):

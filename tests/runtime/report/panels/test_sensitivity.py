@@ -72,13 +72,29 @@ def test_the_numbers_stand_beside_them(record):
     assert cells[4:] == ["–", "–"]
 
 
+@pytest.mark.parametrize(("depths", "head"), [((0.001, 0.002), "2 mm"), ((0.002, 0.005), "5 mm"), ((0.01,), "5 mm")])
+def test_the_mean_is_headed_by_the_depth_from_which_it_is(record, depths, head):
+    html = panel(record(table(list(product((0.01,), (0.0,), depths)))))
+    assert f">mean error from {head}, mm<" in html
+
+
+def test_a_trend_of_one_group_has_no_standard_error(record):
+    html = panel(record(table([(0.01, 0.0, 0.005), (0.01, 0.0, 0.01)])))
+    ours = re.findall(r"<tr><td>(.*?)</tr>", html)[0]
+    assert re.findall(r'<td class="n">(.*?)</td>', ours)[3:] == ["−1; −0.25", "–", "–"]
+
+
 @pytest.mark.parametrize("text", [None, first_lines({})])
 def test_without_a_press_there_is_no_panel(record, text):
     assert panel(record(text)) == ""
 
 
-def test_a_table_that_cannot_be_read_is_told(record):
-    assert "the last press is not whole" in panel(record(table()[:-9]))
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [(table()[:-9], "the last press is not whole"), (table() + "20,10\r,5\n", "27: a carriage return stands within")],
+)
+def test_a_table_that_cannot_be_read_is_told(record, text, told):
+    assert told in panel(record(text))
 
 
 def test_colours_say_sign_and_size():
