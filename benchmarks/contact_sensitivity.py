@@ -8,7 +8,6 @@ the absolute error goes with depth, stretch and diameter; then the maps. `--reco
 from __future__ import annotations
 
 import argparse
-import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -117,7 +116,7 @@ def trend_of(cells: Sequence[Cell], along: str) -> str:
         found = trend(cells, along)
     except NoAnswer as error:
         return str(error)
-    slope = f", slope {_shown(found.slope, 1.0, 'mm a mm')}" if found.slope else ""
+    slope = f", slope {_shown(found.slope, 1.0, 'mm a mm')}" if found.slope is not None else ""
     return f"rank correlation {_shown(found.rank, 1.0, '')}over {found.groups} groups{slope}"
 
 
@@ -136,9 +135,9 @@ def _cell(value: float | None) -> str:
     return "-" if value is None else f"{value * MM:.2f}"
 
 
-def _shown(value: Estimate, scale: float, unit: str) -> str:
-    error = f" +- {value.sd * scale:.3f}" if math.isfinite(value.sd) else ""
-    return f"{value.value * scale:.3f}{error} {unit}"
+def _shown(value: Estimate | float, scale: float, unit: str) -> str:
+    error = f" +- {value.sd * scale:.3f}" if isinstance(value, Estimate) else ""
+    return f"{float(value) * scale:.3f}{error} {unit}"
 
 
 if __name__ == "__main__":

@@ -53,13 +53,13 @@ class Trend:
 
     `rank` is the mean of Spearman's rank correlations of the groups, a refusal counting as the largest error; `slope`, m of
     error a m, the mean of their slopes over presses that were not refused, None where no group has two. Where one group alone
-    says something, the standard error is NaN.
+    says something, each is a bare number: its error is not known.
     """
 
     along: str
     groups: int
-    rank: Estimate
-    slope: Estimate | None
+    rank: Estimate | float
+    slope: Estimate | float | None
 
 
 def cells_of(presses: Iterable[Sensed], method: str) -> list[Cell]:
@@ -174,7 +174,8 @@ def _slope(group: list[Cell], along: str) -> float | None:
     return float(off @ errors / (off @ off))
 
 
-def _mean(values: Sequence[float]) -> Estimate:
-    """Return a mean with its standard error, NaN of one value."""
-    sd = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else math.nan
-    return Estimate(float(np.mean(values)), sd)
+def _mean(values: Sequence[float]) -> Estimate | float:
+    """Return a mean with its standard error, or one value as it is."""
+    if len(values) == 1:
+        return values[0]
+    return Estimate(float(np.mean(values)), float(np.std(values, ddof=1)) / math.sqrt(len(values)))

@@ -16,6 +16,7 @@ from stretch_bt.model.calibration.sensitivity_trends import (
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.heatmap import Map, Tile, heatmaps
 from stretch_bt.runtime.report.text import escape, number, section, table, with_sd
+from stretch_bt.units import Estimate
 
 __all__ = ["panel"]
 
@@ -109,5 +110,5 @@ def _trend(cells: list[Cell], along: str) -> str:
         found = trend(cells, along)
     except IllConditioned:
         return "–"
-    slope = f"; {with_sd(found.slope.value, found.slope.sd)}" if found.slope else ""
-    return escape(with_sd(found.rank.value, found.rank.sd) + slope)
+    told = [found.rank] if found.slope is None else [found.rank, found.slope]
+    return escape("; ".join(with_sd(v.value, v.sd) if isinstance(v, Estimate) else number(v) for v in told))
