@@ -19,8 +19,8 @@ Rows = Mapping[str, tuple[Callable[[], Any], Expectation]]
 class Hard:
     """An input that breaks numerics: why it does, the call, and the expected end of the call.
 
-    `costly` marks a case that takes more than about a second of CPU and asks much the same as another one; the suite runs
-    it with the slow tests only.
+    `costly` marks a case that takes half a second of CPU or more and asks much the same as another one, or as a test; the
+    suite runs it with the slow tests only.
     """
 
     name: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
 from stretch_bt.source import Scalar, Value, closest, did_you_mean, walk
@@ -67,6 +68,12 @@ class TreeScope:
             raise Unresolved(1, did_you_mean(name, types) or f"{parts[0]} has no readings")
         return Symbol(origin, ".".join(parts[:2]), type_, 2)
 
+    @cached_property
+    def _given(self) -> set[str]:
+        """The outputs of all nodes in the tree."""
+        nodes = (self.signature.document.node(word) for word in _words(self.signature.body))
+        return {port for info in nodes if info is not None for port in info.outputs}
+
     def _hint(self, parts: tuple[str, ...]) -> str:
         name, signature = parts[0], self.signature
         if name == "params":
@@ -77,11 +84,8 @@ class TreeScope:
             kinds = [kind for kind, interface in INTERFACES.items() if parts[1] in _readings(interface)]
             if kinds:
                 return f"add 'devices: {{{name}: {kinds[0]}}}'"
-        if guess is None:
-            nodes = (signature.document.node(word) for word in _words(signature.body))
-            given = {port for info in nodes if info is not None for port in info.outputs}
-            if (record := closest(name, given)) is not None:
-                return f"did you mean '{record}'? Name it where it is given: '{{{record}}}'"
+        if guess is None and (record := closest(name, self._given)) is not None:
+            return f"did you mean '{record}'? Name it where it is given: '{{{record}}}'"
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
         if others and guess is None:
             return f"it belongs to tree {others[0]!r}; pass it through 'in', or write it in this tree"

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from stretch_bt.accuracy.twin import ledger
 from stretch_bt.accuracy.twin.judge import change, judge
 from stretch_bt.accuracy.twin.ledger import Ledger, Runs
 from stretch_bt.accuracy.twin.outcome import Outcome, outcome, with_effects
@@ -33,9 +34,19 @@ def test_a_change_counts_by_its_tolerance_in_the_mean_and_in_each_run(base, othe
     assert change(SCENE, base, other) == pytest.approx((mean, rms))
 
 
-def test_outcomes_are_kept_and_belong_to_the_text_of_the_scene(tmp_path):
+@pytest.fixture(scope="module")
+def pressed():
+    """The outcome of one press of the calibration sphere."""
+    return outcome(with_effects("calibration_sphere", {"sag": "off", "fixed_pattern": "off"}), 0)
+
+
+def test_outcomes_are_kept_and_belong_to_the_text_of_the_scene(tmp_path, monkeypatch, pressed):
+    asked = []
+    monkeypatch.setattr(ledger, "outcome", lambda text, seed: asked.append((text, seed)) or pressed)
     path = tmp_path / "kept.jsonl"
     first = Ledger(path, workers=1).runs("calibration_sphere", ["sag"], ["sag", "bending"], [0])
+    assert first.outcomes == [pressed]
+    assert asked == [(with_effects("calibration_sphere", {"bending": "off", "sag": "on"}), 0)]
     again = Ledger(path, workers=1)
     assert again.runs("calibration_sphere", ["sag"], ["sag", "bending"], [0]).outcomes == first.outcomes
     assert len(path.read_text().splitlines()) == 1
@@ -44,11 +55,10 @@ def test_outcomes_are_kept_and_belong_to_the_text_of_the_scene(tmp_path):
     assert len(path.read_text().splitlines()) == 2
 
 
-def test_a_press_measures_what_the_scene_holds():
-    found = outcome(with_effects("calibration_sphere", {"sag": "off", "fixed_pattern": "off"}), 0)
-    assert found.values["height"] == pytest.approx(0.060, abs=2e-4)
-    assert 0.5 < found.values["force"] < 3.0
-    assert found.cpu_seconds > 0
+def test_a_press_measures_what_the_scene_holds(pressed):
+    assert pressed.values["height"] == pytest.approx(0.060, abs=2e-4)
+    assert 0.5 < pressed.values["force"] < 3.0
+    assert pressed.cpu_seconds > 0
 
 
 def test_an_interrupted_run_ends_the_measurement(monkeypatch):

@@ -19,7 +19,7 @@ from stretch_bt.simulation.membrane.sheet.increments import increments
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.scene import parse_scene
 
-COARSE = Settings(coarsen=1.5)
+COARSE = Settings(coarsen=2.0)
 
 
 @settings(max_examples=4)

@@ -96,7 +96,7 @@ def test_files_that_are_no_stack_are_refused_before_the_first_frame(tmp_path, ar
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        (["a", "b"], "times"),
+        (["a", "b"], "times are"),
         ([[0.0], [0.0, 0.1]], "times"),
         ([None, 0.1], "times"),
         (np.zeros((2, 2)), r"one time for each frame.*\(2, 2\)"),

@@ -140,9 +140,10 @@ def test_an_array_with_a_mask_of_its_own_is_refused_rather_than_read_below_it(na
     these = arguments(name, given)
     for parameter, array in these.items():
         if isinstance(array, np.ndarray):
-            masked = np.ma.masked_array(array, mask=np.arange(array.size).reshape(array.shape) < 5)
-            with pytest.raises(InvalidInput, match="an array without a mask, got a masked one; give "):
-                CALLS[name](**these | {parameter: masked})
+            for hidden in (5, 0):  # a mask that hides nothing yet is one as well
+                masked = np.ma.masked_array(array, mask=np.arange(array.size).reshape(array.shape) < hidden)
+                with pytest.raises(InvalidInput, match="an array without a mask, got a masked one; give "):
+                    CALLS[name](**these | {parameter: masked})
 
 
 @pytest.mark.parametrize(("name", "parameter"), list(cases()))

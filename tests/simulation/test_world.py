@@ -11,6 +11,7 @@ from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.camera.renderer import DepthRenderer
 from stretch_bt.simulation.camera.skin import table_under
 from stretch_bt.simulation.camera.view import SR305
+from stretch_bt.simulation.fidelity.rungs import RUNGS
 from stretch_bt.simulation.objects.response import Response
 from stretch_bt.simulation.objects.sphere import SphereObject
 from stretch_bt.simulation.scene import load_scene, parse_scene
@@ -24,6 +25,11 @@ def scene(given="stiffness: 0.9 N/mm", kind="type: sphere, diameter: 60 mm", fid
     return parse_scene(
         f"format: stretch-scene/1\nobject: {{{thing}}}\nfidelity: {fidelity}\neffects: {effects}\n{more}"
     )
+
+
+def coarse(made):
+    """Return the world of a scene with a coarse mesh, for tests in which what the sheet answers is no matter of its mesh."""
+    return World(made, settings=RUNGS["coarse"])
 
 
 @pytest.fixture
@@ -71,7 +77,7 @@ def test_the_true_force_is_what_nodes_measure_of_it():
 
 @pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
 def test_force_rises_with_depth_and_stretch(fidelity):
-    world = World(scene(fidelity=fidelity))
+    world = coarse(scene(fidelity=fidelity))
     forces = [
         [math.hypot(*world.contact(Pose((0, 0, TOP - d)), x).force) for d in (0.002, 0.006, 0.012)]
         for x in (0, 0.04, 0.08)
@@ -132,7 +138,7 @@ def test_a_membrane_that_was_conditioned_begins_at_its_softest():
     forces = {}
     for effects in ("{mullins: on}", "{mullins: off}", "none"):
         for hand in ("", "hand: {conditioned: {diameter: 30 mm, stretch: 40 mm, depth: 10 mm}}\n"):
-            made = World(scene("rigid: true, base: 40 mm", kind=ball, fidelity="sheet", effects=effects, more=hand))
+            made = coarse(scene("rigid: true, base: 40 mm", kind=ball, fidelity="sheet", effects=effects, more=hand))
             forces[effects, bool(hand)] = made.truth(low, 0.02)["force"]
     assert forces["{mullins: on}", True] < 0.95 * forces["{mullins: on}", False]
     assert forces["none", True] == forces["none", False]
@@ -179,7 +185,7 @@ def test_the_sheet_takes_a_tilted_hand():
 
 @pytest.mark.parametrize("given", ["rigid: true", "stiffness: 0.9 N/mm"])
 def test_while_the_hand_stands_what_remembers_its_path_alone_is_solved_once(given):
-    world = World(scene(given, fidelity="sheet", effects="{mullins: on, sag: off}"))
+    world = coarse(scene(given, fidelity="sheet", effects="{mullins: on, sag: off}"))
     for time, height in ((0.0, TOP + 0.001), (0.5, TOP - 0.003), (0.6, TOP - 0.003), (0.7, TOP - 0.003)):
         world.advance(Pose((0, 0, height)), 0.02, time)
     known = world.contact(Pose((0, 0, TOP - 0.003)), 0.02, 0.75)
@@ -221,7 +227,7 @@ def test_under_an_object_that_creeps_the_shape_keeps_up_with_it(fidelity):
 
 
 def test_sag_touches_before_the_plane_does():
-    hanging, flat = (World(scene("rigid: true", fidelity="sheet", effects=f"{{sag: {w}}}")) for w in ("on", "off"))
+    hanging, flat = (coarse(scene("rigid: true", fidelity="sheet", effects=f"{{sag: {w}}}")) for w in ("on", "off"))
     lift = hanging.lift(Pose((0, 0, TOP)), 0.0)
     assert 2e-4 < lift < 1e-3
     above = Pose((0, 0, TOP + lift / 2))
@@ -273,10 +279,10 @@ def test_what_has_a_memory_is_taken_from_moment_to_moment(soft):
 
 
 def test_a_soft_object_drops_straight_down_under_a_tilted_hand():
-    world = World(scene(fidelity="sheet", effects="none"))
+    world = coarse(scene(fidelity="sheet", effects="none"))
     pose = Pose((0, 0, TOP - 0.006), (0.3, 0, 0))
     assert world.contact(pose, 0.03).drop == 0.0  # rigid, as nothing is on
-    soft = World(scene(fidelity="sheet", effects="{sag: off, bending: off}"))
+    soft = coarse(scene(fidelity="sheet", effects="{sag: off, bending: off}"))
     found = soft.contact(pose, 0.03)
     assert found.drop == pytest.approx(found.force[2] / 900, rel=0.02)
     assert found.drop > 5e-4
@@ -286,7 +292,7 @@ def test_a_turned_object_off_centre_is_met_alike_by_a_hand_that_is_hardly_tilted
     prism = scene(
         "rigid: true", "type: prism, length: 40 mm, width: 25 mm, height: 30 mm, heading: 30 deg", "sheet", "none"
     )
-    world, at = World(prism), (0.006, -0.009, prism.object.top - 0.006)
+    world, at = coarse(prism), (0.006, -0.009, prism.object.top - 0.006)
     for yaw in (0.0, 0.7):
         flat = world.contact(Pose(at, (0, 0, yaw)), 0.02)
         tilted = world.contact(Pose(at, tuple(v + e for v, e in zip((0, 0, yaw), (2e-4, 1e-4, 0), strict=True))), 0.02)
@@ -322,11 +328,11 @@ def test_a_moment_without_an_answer_is_told_once(soft):
 
 
 def test_friction_begins_anew_after_the_hand_has_lifted():
-    rubbed = World(
+    rubbed = coarse(
         scene("rigid: true", "type: sphere, diameter: 20 mm, base: 30 mm", "sheet", "{friction: on, sag: off}")
     )
     top = rubbed.scene.object.top
-    fresh = World(rubbed.scene)
+    fresh = coarse(rubbed.scene)
     rubbed.advance(Pose((0, 0, top + 0.002)), 0.02, 0.0)
     rubbed.advance(Pose((0, 0, top - 0.004)), 0.02, 1.0)
     rubbed.advance(Pose((0, 0, top + 0.002)), 0.02, 2.0)

@@ -186,6 +186,8 @@ CASES: tuple[Hard, ...] = (
         costly=(
             "a soft ball, sheet, stretched by 0 mm, 0.1 mm down",
             "a soft ball, sheet, stretched by 0 mm, 15 mm down",
+            "a soft ball, sheet, stretched by 30 mm, 15 mm down",
+            "a soft ball, sheet, stretched by 80 mm, 0.1 mm down",
         ),
     ),
     *group(

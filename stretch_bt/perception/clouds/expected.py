@@ -30,12 +30,15 @@ def drape(ground: Array, level: Array) -> Array:
     k, n, m = ground.shape
     sheet = np.maximum(np.broadcast_to(level[:, None, None], (k, n, m)), ground)
     sheet[:, :, 0] = sheet[:, :, -1] = level[:, None]
-    i, j = np.indices((n, m - 2))
+    near = np.pad(sheet, ((0, 0), (1, 1), (0, 0)), mode="edge")
+    sheet = near[:, 1:-1]
     for turn in range(2 * ROUNDS):
-        near = np.pad(sheet, ((0, 0), (1, 1), (0, 0)), mode="edge")
-        across, along = near[:, :-2, 1:-1] + near[:, 2:, 1:-1], sheet[:, :, :-2] + sheet[:, :, 2:]
-        wanted = (across + TENSIONS * along) / (2 + 2 * TENSIONS)
-        inner = sheet[:, :, 1:-1]
-        moved = np.maximum(inner + OVER * (wanted - inner), ground[:, :, 1:-1])
-        sheet[:, :, 1:-1] = np.where((i + j) % 2 == turn % 2, moved, inner)
-    return np.asarray(sheet)
+        near[:, 0], near[:, -1] = sheet[:, 0], sheet[:, -1]
+        for row in (0, 1):  # every other cell, as on a chessboard: none of them is a neighbour of another
+            left = (turn + row) % 2
+            inner, rows = sheet[:, row::2, left + 1 : -1 : 2], sheet[:, row::2]
+            across = near[:, row:-2:2, left + 1 : -1 : 2] + near[:, row + 2 :: 2, left + 1 : -1 : 2]
+            along = rows[:, :, left:-2:2] + rows[:, :, left + 2 :: 2]
+            wanted = (across + TENSIONS * along) / (2 + 2 * TENSIONS)
+            np.maximum(inner + OVER * (wanted - inner), ground[:, row::2, left + 1 : -1 : 2], out=inner)
+    return np.ascontiguousarray(sheet)

@@ -227,8 +227,14 @@ def test_the_table_covers_every_setting_and_top_with_enough_presses():
     assert all(factor >= 1 for factor in table.factors.values())
 
 
-@pytest.mark.parametrize("rung", RUNGS)
-@pytest.mark.parametrize("kind", ["sphere", "box"])
+@pytest.mark.parametrize(
+    ("kind", "rung"),
+    [
+        pytest.param(kind, rung, marks=[pytest.mark.slow] * (kind == "box" and rung == "fine"))
+        for kind in ("sphere", "box")
+        for rung in RUNGS
+    ],
+)
 def test_the_force_of_each_setting_does_not_depend_on_what_was_solved_before(kind, rung):
     scene = task(kind, "effects: {sag: on, bending: on}\n")
 

@@ -135,6 +135,7 @@ CASES = (
                 Value(1.0, abs=0.01),
             ),
         },
+        costly=("a cylinder at the free edge, on half the mesh",),
     ),
     *group(
         "a flat face lies on the flat sheet from which a solve begins, and rounding would decide which points touch",
