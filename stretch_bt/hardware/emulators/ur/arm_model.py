@@ -199,11 +199,13 @@ class SpeedJ(Move):
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
         self.target = np.clip(np.asarray(target, dtype=np.float64), -_FASTEST, _FASTEST)
         self.acceleration = acceleration
+        self._now: Array | None = None
 
     def step(self, arm: ArmModel, dt: float) -> bool:
-        """Go on."""
-        change = np.clip(self.target - arm.qd, -self.acceleration * dt, self.acceleration * dt)
-        arm.q = arm.q + (arm.qd + change) * dt
+        """Go on, at first from the speed that the joints have."""
+        now = arm.qd if self._now is None else self._now
+        self._now = now + np.clip(self.target - now, -self.acceleration * dt, self.acceleration * dt)
+        arm.q = arm.q + self._now * dt
         return False
 
 
