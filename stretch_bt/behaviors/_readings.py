@@ -23,6 +23,7 @@ __all__ = [
     "fixed_part",
     "frames_at",
     "infer_again",
+    "is_clear",
     "noise_at",
     "of_one_kind",
     "of_press",
@@ -144,18 +145,20 @@ def of_press(readings: Sequence[Reading], latest: Reading) -> list[Reading]:
     return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
-def creep_of(press: Sequence[Reading], noise: float) -> tuple[Estimate, Sequence[Reading]]:
-    """Return how far the newer half of a press' readings stands above the older half, m, and the older readings that no longer count.
+def creep_of(press: Sequence[Reading], noise: float) -> Estimate:
+    """Return how far the newer half of a press' readings stands above the older half, m, of two readings or more.
 
     `noise` is the ratio of the readings' scatter to the standard deviations that they state.
     """
-    if len(press) < 2:
-        return Estimate(0.0, 0.0), []
     halves = press[: len(press) // 2], press[len(press) // 2 :]
     means = [sum(r.height for r in half) / len(half) for half in halves]
     sds = [math.hypot(*(r.sd for r in half)) / len(half) for half in halves]
-    crept = Estimate(means[1] - means[0], noise * math.hypot(*sds))
-    return crept, halves[0] if abs(crept.value) > CREEP * crept.sd else []
+    return Estimate(means[1] - means[0], noise * math.hypot(*sds))
+
+
+def is_clear(creep: Estimate) -> bool:
+    """Return whether the older half of a press' readings no longer counts."""
+    return abs(creep.value) > CREEP * creep.sd
 
 
 def frames_at(readings: Sequence[Reading], press: Reading) -> int:

@@ -7,7 +7,7 @@ from operator import attrgetter
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._membrane import is_mounted
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Reading, creep_of, infer_again, of_one_kind, of_press
+from stretch_bt.behaviors._readings import Reading, creep_of, infer_again, is_clear, of_one_kind, of_press
 from stretch_bt.behaviors.records import Felt, Mounting, TopReadings, Touch
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.reloading import of_first_loading
@@ -65,11 +65,14 @@ class FitDeflection(ModelBehavior):
         readings = self._inferred(self.top_readings.readings)
         latest = readings[-1]
         series = self._fit(readings)
-        creep, older = creep_of(of_press(readings, latest), math.sqrt(max(series.chi2, 1.0)))
-        if older:
-            past = {id(reading) for reading in older}
-            readings = [reading for reading in readings if id(reading) not in past]
-            series = self._fit(readings)
+        creep = Estimate(0.0, 0.0)
+        press = of_press(readings, latest)
+        if older := {id(reading) for reading in press[: len(press) // 2]}:
+            newer = [reading for reading in readings if id(reading) not in older]
+            without = self._fit(newer)  # creep scatters the readings of all, and is not to hide itself
+            creep = creep_of(press, math.sqrt(max(without.chi2, 1.0)))
+            if is_clear(creep):
+                readings, series = newer, without
         with within_range():
             given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd, attrgetter("by_membrane"))
             readings, series = of_first_loading(readings, series, *given)

@@ -18,12 +18,14 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.emulators.ati import AtiStandIn
 from stretch_bt.hardware.emulators.height_error import HeightError
 from stretch_bt.hardware.emulators.messages import SCENE, TWIN, Felt, HandAt, Renew, Solve
 from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
 from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.emulators.setting import Setting
+from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.emulators.twin_process import steadied, take
 from stretch_bt.hardware.hand import HandGeometry
@@ -130,6 +132,33 @@ def test_a_picture_is_whole_until_three_others_were_left_after_it():
     assert len(set(numbers)) == 10  # so that nobody takes one for another
     for k, number in list(enumerate(numbers))[-4:]:
         assert (reader.get(number) == k).all()
+
+
+#: a scene's effects, and the noise of arm and force sensor, N an axis, that stand-ins take from it; None where each keeps its own
+NOISES = {
+    "auto": (None, None),
+    "none": (0.0, 0.0),
+    "all": (0.1, 0.02),
+    "{arm_force_noise: {sd: 0 N}}": (0.0, None),
+    "{arm_force_noise: off, force_sensor_noise: on}": (0.0, 0.02),
+    "{arm_force_noise: {sd: 2 N}, force_sensor_noise: off}": (2.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("effects", NOISES)
+def test_a_stand_in_has_the_noise_that_the_scene_says(tmp_path, effects):
+    """The force sensor's is measured: a sensor without noise gives the same counts again and again."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "format: stretch-scene/1\nobject: {type: sphere, diameter: 30 mm, rigid: true}\n"
+        f"tolerance: {{height: 0.1 mm}}\nfidelity: hertz\neffects: {effects}\n"
+    )
+    sds = Twin(load_scene(scene), HandGeometry(), lambda: 0.0, 0).force_noises()
+    assert (sds.get("Arm"), sds.get("ForceSensor")) == NOISES[effects]
+    sensor = AtiStandIn("127.0.0.1", Stage())
+    sensor.stage.force_noise = sds.get
+    measured = np.array([sensor._measured()[:3] for _ in range(400)]) / 1e6
+    assert measured.std() == pytest.approx(sds.get("ForceSensor", 0.002), rel=0.1)
 
 
 class Pressed:

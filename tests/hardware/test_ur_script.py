@@ -125,6 +125,8 @@ MOVES = {
     "speedl([0,0,0.02,0,0,0], 0.5, 1.0)": (125, "axis", 2, 0.0196),
     "speedj([0.1,0,0,0,0,0], 1.0, 1.0)": (125, "joint", 0, 0.0955),
     "servoj([q[0]+0.01,q[1],q[2],q[3],q[4],q[5]], t=1.0)": (125, "joint", 0, 0.01),
+    "movel(pose_trans(here, p[0,0,0.01,0,0,1]), t=2.0)": (250, "axis", 2, -0.01),
+    "movel(pose_trans(here, p[0,0,0,0,0,0.5]), t=2.0)": (250, "axis", 2, 0.0),
 }
 
 
@@ -138,6 +140,19 @@ def test_a_move_ends_where_it_should_in_its_time(bench, move):
     after = list(arm.q) if kind == "joint" else list(arm.tcp_pose)
     assert after[index] - before[index] == pytest.approx(way, abs=1e-3)
     assert took is None or cycles == pytest.approx(took + 8, abs=8)
+
+
+@pytest.mark.parametrize("fraction", [1.0, 0.5, 0.02])
+@pytest.mark.parametrize(
+    ("move", "speed"), [("speedj([0.1,0,0,0,0,0], 1.0, 9)", 0.1), ("speedl([0,0,0.02,0,0,0], 0.5, 9)", 0.02)]
+)
+def test_a_speed_is_reached_at_the_part_of_it_that_the_slider_says(bench, move, speed, fraction):
+    bench.controller.slider = fraction
+    bench.programs.load(function(f" {move}"))
+    for _ in range(1000):
+        bench.controller.cycle()
+    arm = bench.controller.arm
+    assert (arm.qd[0] if move.startswith("speedj") else arm.tcp_speed[2]) == pytest.approx(fraction * speed, rel=1e-3)
 
 
 def test_settings_reach_the_controller(bench):

@@ -260,6 +260,7 @@ class AtiStandIn(StandIn):
         self._drifting = None if drift is None else (self._drifting or time.monotonic())
         if drift is not None and self._drifting is not None:
             felt[2] += drift["rate"] * (time.monotonic() - self._drifting)
-        felt[:3] += self._random.normal(0.0, self.stage.force_noise("ForceSensor") or _NOISE, 3)
+        sd = self.stage.force_noise("ForceSensor")
+        felt[:3] += self._random.normal(0.0, _NOISE if sd is None else sd, 3)
         counts: np.ndarray[Any, np.dtype[np.float64]] = felt * np.repeat([_PER_NEWTON, _PER_NEWTON_METRE], 3)
         return counts

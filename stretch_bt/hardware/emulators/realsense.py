@@ -46,7 +46,10 @@ _FAULTS: dict[str, Fault] = {
     "repeat": Fault("sends the same frame again and again: number, time and image stand"),
     "clock": Fault("its numbers and images go on, and its time stands"),
     "stale": Fault("its numbers and its time go on, and its image stands"),
-    "torn": Fault("the lower part `part` of each image is of the image before", {"part": 0.5}),
+    "torn": Fault(
+        "the lower part `part` of each image is a copy of that in the image sent before, so that it stands",
+        {"part": 0.5},
+    ),
     "dark": Fault("no pixel of its images has a value"),
     "restart": Fault("begins its numbers and its time anew; once", state=True),
     "jump": Fault("its clock jumps ahead by `delay` seconds; once", {"delay": 10.0}, state=True),

@@ -6,7 +6,6 @@ out, and the stand-ins go on with the latest solution.
 
 from __future__ import annotations
 
-import math
 import os
 import select
 import socket
@@ -48,7 +47,6 @@ from stretch_bt.hardware.simulated.path import Placed
 from stretch_bt.hardware.simulated.trace import Trace
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor
-from stretch_bt.simulation.effects.base import RobotEffect
 from stretch_bt.simulation.scene import load_scene
 
 __all__ = ["main"]
@@ -124,7 +122,7 @@ class Solver:
 
     def run(self) -> NoReturn:
         """Solve for ever."""
-        self._say("felt", Noise(self._noise()))
+        self._say("felt", Noise(self.twin.force_noises()))
         number = int(self._setting.now() * RATE)
         while True:
             number = max(number + 1, int(self._setting.now() * RATE))
@@ -213,12 +211,6 @@ class Solver:
         for link in self._links:
             if sense in link.senses:
                 link.send(message)
-
-    def _noise(self) -> dict[str, float]:
-        """Return the standard deviation that the scene gives the force of a kind of device, N an axis."""
-        on = self.twin.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
-        found = {kind: math.hypot(*(effect.force_sd(kind) for effect in on)) for kind in _FEELING}
-        return {kind: sd for kind, sd in found.items() if sd > 0}
 
 
 def listen(twin: Twin, links: list[Link]) -> None:

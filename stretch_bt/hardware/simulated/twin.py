@@ -17,7 +17,7 @@ from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.simulated.trace import Reported
 from stretch_bt.hardware.simulated.track import Track
 from stretch_bt.simulation.camera.sensor import Shot
-from stretch_bt.simulation.effects.base import RobotEffect
+from stretch_bt.simulation.effects import RobotEffect, registry
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.noise_source import noise_source
 from stretch_bt.simulation.objects.base import ObjectSpec
@@ -88,6 +88,21 @@ class Twin:
         self.remember()
         self.world.exchange(spec)
         self.scene = self.world.scene
+
+    def force_noises(self) -> dict[str, float]:
+        """Return the standard deviation of the force, N an axis, of the kinds of devices whose noise is on, or that the scene switches off.
+
+        A device that makes noise of its own keeps it where the scene leaves the choice to the advisor, and nothing is on.
+        """
+        found = {}
+        for name, effect in registry().items():
+            if issubclass(effect, RobotEffect) and effect.noisy is not None:
+                on = self.world.effects.get(name)
+                if isinstance(on, RobotEffect):
+                    found[effect.noisy] = on.force_sd(effect.noisy)
+                elif self.scene.choice(name) == "off":
+                    found[effect.noisy] = 0.0
+        return found
 
     def remember(self) -> None:
         """Take everything with a memory to where hand and fingers are now, before they are sent elsewhere."""

@@ -23,6 +23,7 @@ ROUNDS = 40
 SETTLED = 1e-12  # m
 LAW = 4  # how many of q are of top and law
 PURE = [2, 3]  # of them without a unit: power and stiffening
+LEAST = 1e-300  # keeps 0 / 0 out where the model's force has no error
 LEFT = 0.1  # standard deviations; largest last step of a settled answer
 
 
@@ -57,16 +58,17 @@ class Balance:
             np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
         )
         press = presses_of(readings)
+        self.same = press[:, None] == press
         self.of_press = np.eye(press[-1] + 1)[press] if robot > STANDS else np.zeros((len(readings), 0))
         self.level = float(np.mean(self.height))
         self.q = self._begun()
-        self.weighted_sd = self.sd
+        self.whitening = np.diag(1 / self.sd)
 
     def solve(self) -> None:
         """Find q, with the weights of the drops found, and the covariance; raises IllConditioned where the readings do not determine it."""
         for _ in range(ROUNDS):
             height, rows = self.curve(self.q)
-            self.weighted_sd = self._weights(height, rows)
+            self.whitening = self._whitened(height, rows)
             before, self.q = self.q, self._stepped(*self._stacked(height, rows))
             step = self.q - before
             if np.abs(np.delete(step, PURE)).sum() < SETTLED and np.abs(step[PURE]).sum() < 1e-9:
@@ -132,12 +134,19 @@ class Balance:
         steep = drop * slope / (np.maximum(force, 1e-300) * exponent)
         return np.where(pressed, drop, 0.0), np.where(pressed, steep, 0.0), np.where(pressed[:, None], rows, 0.0)
 
-    def _weights(self, height: Array, rows: Array) -> Array:
-        """Return the sd of each reading about the curve, which includes the error of the model's forces."""
+    def _whitened(self, height: Array, rows: Array) -> Array:
+        """Return the matrix (n, n), 1/m, whose product with the errors about the curve is independent with a standard deviation of 1.
+
+        Each reading has an error of its own, and those of one press share that of the model's force there.
+        """
         drop = np.abs(self.q[0] + self.level - height)
         exponent = np.maximum(self.q[2] + self.q[3] * drop / MM, 0.1 * self.q[2])
-        sd: Array = np.hypot(self.sd, drop * self.forces.relative_sd / exponent * rows[:, 0])
-        return sd
+        shared = drop * self.forces.relative_sd / exponent * rows[:, 0] / self.sd
+        total = (self.same @ shared**2)[:, None]
+        along = self.same * np.outer(shared, shared) / np.maximum(total, LEAST)
+        # the inverse root of 1 + shared shared' keeps what is across the shared error, however small a reading's own is
+        whitened: Array = (np.eye(len(drop)) - along + along / np.sqrt(1 + total)) / self.sd
+        return whitened
 
     def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
         """Return the weighted design and the residuals, the priors of power, stiffening, top and the hand's places among them."""
@@ -146,8 +155,8 @@ class Balance:
             priors.append((0, self.top.value - self.level, self.top.sd))
         priors += [(k, 0.0, self.robot) for k in range(LAW, len(self.q))]
         at, values, sds = (np.array(column) for column in zip(*priors, strict=True))
-        design = np.vstack([self.depths(rows) / self.weighted_sd[:, None], np.eye(len(self.q))[at] / sds[:, None]])
-        left = (self.height + self.off - height) / self.weighted_sd
+        design = np.vstack([self.whitening @ self.depths(rows), np.eye(len(self.q))[at] / sds[:, None]])
+        left = self.whitening @ (self.height + self.off - height)
         return design, np.append(left, (values - self.q[at]) / sds)
 
     def _begun(self) -> Array:

@@ -143,8 +143,9 @@ def fit_series(
     """Fit the object's curve of force over drop to readings of its top; the last one is of the present press.
 
     Membrane and object carry the same force: F_model(stretch, h - hand) = F_object(top - h), the latter by `ObjectLaw`. Each reading's
-    height h follows from that for the unknown top, compliance, power and stiffening, which Gauss-Newton finds with the weights
-    1 / (sd^2 + (drop dF/F / exponent)^2), dF the model's own sd; `power` and `stiffening` are priors.
+    height h follows from that for the unknown top, compliance, power and stiffening, which Gauss-Newton finds. Its weights come from the
+    readings' own errors, sd, and from that of the model's force, drop dF/F / exponent with dF the model's sd, which all readings of
+    one press share; `power` and `stiffening` are priors.
     At each press the hand stands above or below where it was
     sent by an unknown of its own, with prior 0 and sd `robot_sd`: the depth that a camera on the hand measures is right, and the height computed
     from it is off by that. A factor common to all forces leaves the drops as they are. Where readings scatter more than they say, all sds

@@ -28,6 +28,7 @@ class ArmForceNoise(RobotEffect):
     order = 2
     cost_ms = 0.02
     cost_per = "reading"
+    noisy = "Arm"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
@@ -37,4 +38,4 @@ class ArmForceNoise(RobotEffect):
 
     def force_sd(self, device: str) -> float:
         """Return the standard deviation of the arm's force, N."""
-        return float(self.parameters.sd) if device == "Arm" else 0.0
+        return float(self.parameters.sd) if device == self.noisy else 0.0

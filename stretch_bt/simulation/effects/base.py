@@ -184,6 +184,8 @@ class RobotEffect(Effect):
     """Changes where the hand is, when it is read, or the force that is read; each hook does nothing unless it is its own."""
 
     group = "robot"
+    #: kind of device whose force it makes noisy
+    noisy: ClassVar[str | None] = None
 
     def height_error(self, random: np.random.Generator) -> float:
         """Return the error of the height at the end of a move, m."""

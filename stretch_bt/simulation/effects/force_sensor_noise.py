@@ -31,6 +31,7 @@ class ForceSensorNoise(RobotEffect):
     order = 3
     cost_ms = 0.02
     cost_per = "reading"
+    noisy = "ForceSensor"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
@@ -41,4 +42,4 @@ class ForceSensorNoise(RobotEffect):
 
     def force_sd(self, device: str) -> float:
         """Return the standard deviation of the force sensor, N."""
-        return float(self.parameters.sd) if device == "ForceSensor" else 0.0
+        return float(self.parameters.sd) if device == self.noisy else 0.0

@@ -19,10 +19,10 @@ DROP = 1.5e-3
 POSES = [(0.0, 0.002), (0.0, 0.003), (0.0, 0.004), (0.0, 0.010), (0.02, 0.012)]
 
 
-def height(law, stretch, hand):
-    """Return the height of the top at which membrane and object carry the same force."""
+def height(law, stretch, hand, factor=1.0):
+    """Return the height of the top at which the membrane's force, a factor times the model's, is the object's."""
     return brentq(
-        lambda h: MODEL.predict(RADIUS.value, stretch, max(h - hand, 0.0))[0] - law(TOP - h),
+        lambda h: factor * MODEL.predict(RADIUS.value, stretch, max(h - hand, 0.0))[0] - law(TOP - h),
         max(hand, TOP - 0.02),
         TOP,
         xtol=1e-14,
@@ -141,6 +141,30 @@ def test_errors_are_as_large_as_stated(stiffness, looks, draws):
 
 def _at_hand(pose):
     return pose[0], TOP - pose[1]
+
+
+@pytest.mark.parametrize("looks", [1, 8])
+def test_looks_at_one_press_share_the_error_of_the_force_model(looks):
+    """Draws of a model that is off by its stated error, alike in all looks at a press: errors are as large as stated, and so is the scatter."""
+    noise, off, chi2 = np.random.default_rng(3), [], []
+    poses, law, sd = [(0.0, 0.003), (0.0, 0.013)], skin(250.0, POWER.value, STIFFENING.value), 1e-5
+    known = {"power": Estimate(POWER.value, 1e-3), "stiffening": Estimate(STIFFENING.value, 1e-3), "robot_sd": 0.0}
+    for _ in range(80):
+        readings = []
+        for pose in poses:
+            force, error = MODEL.predict(RADIUS.value, *pose)
+            top = height(law, *_at_hand(pose), 1 + error / force * noise.standard_normal())
+            count = looks if pose == poses[-1] else 1
+            readings += [TopReading(*_at_hand(pose), top + sd * noise.standard_normal(), sd) for _ in range(count)]
+        found = fit_series(MODEL, RADIUS, readings, **known)
+        drop = TOP - height(law, *_at_hand(poses[-1]))
+        compliance = brentq(lambda drop, force: law(drop) - force, 0.0, 0.02, args=(found.reference,))
+        pairs = (found.top, TOP), (found.drop, drop), (found.compliance, compliance)
+        off.append([(estimate.value - true) / estimate.sd for estimate, true in pairs])
+        chi2.append(found.chi2)
+    ratios = np.sqrt(np.mean(np.square(off), axis=0))
+    assert np.all((ratios > 0.7) & (ratios < 1.3)), ratios
+    assert 0.7 < np.mean(chi2) < 1.3
 
 
 def test_the_error_of_a_radius_at_the_end_of_the_range_counts():

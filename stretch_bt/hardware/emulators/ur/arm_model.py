@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import Kinematics
 
-__all__ = ["ArmModel", "JointMove", "LineMove", "Move", "Servo", "Slowing", "SpeedJ", "SpeedL"]
+__all__ = ["ArmModel", "JointMove", "LineMove", "Move", "Servo", "Slowing", "SpeedJ", "SpeedL", "line_length"]
 
 #: a turn counts as a distance by this lever, m, so that one on the spot takes time too
 _LEVER = 0.1
@@ -144,14 +144,9 @@ class LineMove(Move):
 
     def __init__(self, arm: ArmModel, places: Sequence[Sequence[float]], speed: float, acceleration: float) -> None:
         self._places = [arm.pose(), *(transform(place) for place in places)]
-        self._turns = [
-            rotation_vector(one[:3, :3].T @ other[:3, :3])
-            for one, other in zip(self._places, self._places[1:], strict=False)
-        ]
-        lengths = [
-            max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])), _LEVER * float(np.linalg.norm(turn)))
-            for a, b, turn in zip(self._places, self._places[1:], self._turns, strict=False)
-        ]
+        legs = list(pairwise(self._places))
+        self._turns = [_turn(a, b) for a, b in legs]
+        lengths = [line_length(a, b) for a, b in legs]
         self._ends = list(accumulate(lengths))
         self._lengths = lengths
         self._profile = Profile.trapezoid(self._ends[-1], speed, acceleration)
@@ -177,6 +172,15 @@ class LineMove(Move):
         return self._time >= self._profile.duration
 
 
+def line_length(a: Array, b: Array) -> float:
+    """Return the length, m, that a line between two places (4, 4) has for its speed; a turn counts by a lever."""
+    return max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])), _LEVER * float(np.linalg.norm(_turn(a, b))))
+
+
+def _turn(a: Array, b: Array) -> Array:
+    return rotation_vector(a[:3, :3].T @ b[:3, :3])
+
+
 class SpeedL(Move):
     """The tool at a velocity, m/s and rad/s in base axes, approached at an acceleration, m/s²; for ever."""
 
@@ -199,11 +203,13 @@ class SpeedJ(Move):
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
         self.target = np.clip(np.asarray(target, dtype=np.float64), -_FASTEST, _FASTEST)
         self.acceleration = acceleration
+        self._now: Array | None = None
 
     def step(self, arm: ArmModel, dt: float) -> bool:
-        """Go on."""
-        change = np.clip(self.target - arm.qd, -self.acceleration * dt, self.acceleration * dt)
-        arm.q = arm.q + (arm.qd + change) * dt
+        """Go on, at first from the speed that the joints have."""
+        now = arm.qd if self._now is None else self._now
+        self._now = now + np.clip(self.target - now, -self.acceleration * dt, self.acceleration * dt)
+        arm.q = arm.q + self._now * dt
         return False
 
 

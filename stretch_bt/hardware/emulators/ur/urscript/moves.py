@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, Servo, SpeedJ, SpeedL
+from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, Servo, SpeedJ, SpeedL, line_length
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program
 from stretch_bt.hardware.emulators.ur.urscript.values import Pose, Value, six_of
 from stretch_bt.hardware.transforms import six, transform
@@ -51,7 +51,7 @@ class _Moves:
     def line(self, pose: Value, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> Program:
         """Move the tool in a straight line to a pose, or to where joint angles have it, at a speed, m/s, or in a time, s."""
         place = six_of(pose) if isinstance(pose, Pose) else self._place(six_of(pose))
-        speed, acceleration = _pace(math.dist(place[:3], self._arm.tcp_pose[:3]), a, v, t)
+        speed, acceleration = _pace(line_length(self._arm.pose(), transform(place)), a, v, t)
         return self._until_over(LineMove(self._arm, [place], speed, acceleration))
 
     def joint_speed(self, qd: Value, a: float, t: float = 0.0) -> Program:
