@@ -28,7 +28,8 @@ HARMLESS = {
 }
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
-#: each takes half of a core; one more is begun where that is idle for a moment, s, and for so many cases: it takes as long as two of them
+#: each takes half of a core; one more is begun where that is idle for a moment, s, and for so many cases:
+#: to begin it takes as long as two of them
 AT_ONCE, ROOM, MOMENT, EACH = os.cpu_count() or 1, 0.5, 0.5, 10
 LONGEST = 100.0
 #: so often a case is tried at most, where the machine was late
