@@ -34,7 +34,6 @@ _OTHERS = (
     "scipy.sparse.linalg",
     "scipy.spatial",
     "scipy.special",
-    "scipy.stats",
 )
 #: modules of the solver that a twin imports when something is read from it first
 _SHEET = (

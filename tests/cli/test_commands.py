@@ -294,12 +294,13 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": sd}
 
 
-def test_new_nodes_of_other_kinds_see_and_move(cli, tmp_path):
+def test_new_nodes_of_other_kinds_see_and_move(cli, at_hertz, tmp_path):
+    scene = at_hertz("calibration_sphere", tmp_path).name
     assert cli("new", "node", "mean_height", "--kind", "perception")[0] == 0
     assert cli("new", "node", "nudge_hand", "--kind", "actuation")[0] == 0
     (tmp_path / "t.yaml").write_text(
         "format: stretch-tree/1\nimports: {see: mean_height, do: nudge_hand}\n"
-        "devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\nscene: calibration_sphere\n"
+        f"devices: {{arm: Arm, gripper: Gripper, camera: DepthCamera}}\nscene: {scene}\n"
         "trees:\n  main:\n    out: [mean_height]\n    sequence:\n"
         "      - approach: {speed: 40 mm/s}\n      - press: {depth: 8 mm}\n      - average_frames\n      - segment_contact\n"
         "      - mean_height: {mean_height}\n      - nudge_hand: {distance: 2 mm}\n    finally: [retract]\n"

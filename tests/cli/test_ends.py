@@ -113,7 +113,8 @@ def test_the_handler_stands_before_anything_heavy_is_imported():
 @pytest.mark.parametrize(
     "command", [("run", "tree.yaml"), pytest.param(("check", "tree.yaml"), marks=pytest.mark.slow)]
 )
-def test_a_signal_while_modules_are_imported_is_answered_with_the_json(own, command):
+def test_a_signal_while_modules_are_imported_is_answered_with_the_json(own, cli, command):
+    """That of a run has the fields of any other."""
     env = {**os.environ, "STAGE": "import"}
     ended = called(*command, "--json", env=env, capture_output=True)
     assert ended.returncode == 130
@@ -123,23 +124,11 @@ def test_a_signal_while_modules_are_imported_is_answered_with_the_json(own, comm
     assert not Path("runs").exists()
     if command[0] == "run":
         assert (found["status"], found["ticks"], found["record"]) == ("INTERRUPTED", 0, None)
-
-
-def test_the_json_of_a_stop_has_the_fields_of_a_run(own, cli):
-    env = {**os.environ, "STAGE": "import"}
-    stopped = json.loads(called("run", "tree.yaml", "--json", env=env, capture_output=True).stdout)
-    refused = json.loads(cli("run", "none.yaml", "--json")[1])
-    Path("wait.yaml").write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 ms}]}}\n")
-    code, run_, _ = cli("run", "wait.yaml", "--json")
-    assert code == 0
-    assert stopped.keys() == refused.keys() == {*json.loads(run_), "diagnostics"}
-
-
-def test_a_signal_in_a_tick_ends_the_run_with_its_record(own):
-    ended = called("run", "tree.yaml", "--json", env={**os.environ, "STAGE": "tick"}, capture_output=True)
-    found = json.loads(ended.stdout)
-    assert (ended.returncode, found["status"]) == (130, "INTERRUPTED")
-    assert json.loads((Path(found["record"]) / "result.json").read_text())["status"] == "INTERRUPTED"
+        refused = json.loads(cli("run", "none.yaml", "--json")[1])
+        Path("wait.yaml").write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 ms}]}}\n")
+        code, run_, _ = cli("run", "wait.yaml", "--json")
+        assert code == 0
+        assert found.keys() == refused.keys() == {*json.loads(run_), "diagnostics"}
 
 
 def test_a_signal_in_the_last_tick_is_in_the_result(own):
@@ -151,14 +140,16 @@ def test_a_signal_in_the_last_tick_is_in_the_result(own):
 
 
 @pytest.mark.parametrize("nohup", [pytest.param(False, marks=pytest.mark.slow), True])
-def test_a_signal_that_was_ignored_at_the_start_is_heard_all_the_same(own, nohup):
+def test_a_signal_in_a_tick_ends_the_run_with_its_record_though_it_was_ignored_at_the_start(own, nohup):
     def ignore():
         if nohup:
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
     env = {**os.environ, "STAGE": "tick"}
     ended = called("run", "tree.yaml", "--json", env=env, capture_output=True, preexec_fn=ignore)
-    assert ended.returncode == 130
+    found = json.loads(ended.stdout)
+    assert (ended.returncode, found["status"]) == (130, "INTERRUPTED")
+    assert json.loads((Path(found["record"]) / "result.json").read_text())["status"] == "INTERRUPTED"
 
 
 @pytest.mark.parametrize("options", [["--json"], pytest.param([], marks=pytest.mark.slow)])

@@ -377,11 +377,16 @@ def meaning(field: Any) -> str:
 # --- diagnostics
 
 
+#: names of functions that make a diagnostic of a code which they are given
+MAKERS = ("error", "warning", "refuse", "_refuse", "_error", "Diagnostic", "ExpressionError")
+
+
 def codes_in_source() -> set[str]:
     """Return every diagnostic code that the package can give."""
     found: set[str] = set()
-    for path in PACKAGE.rglob("*.py"):
-        for call in ast.walk(ast.parse(path.read_text("utf-8"))):
+    called = re.compile(rf"\b({'|'.join(('resolve', *MAKERS))})\s*\(")
+    for text in filter(called.search, (path.read_text("utf-8") for path in PACKAGE.rglob("*.py"))):
+        for call in ast.walk(ast.parse(text)):
             if isinstance(call, ast.Call):
                 found |= set(code_of(call))
     return found
@@ -393,7 +398,7 @@ def code_of(call: ast.Call) -> Iterator[str]:
     texts = [a.value for a in call.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
     if name == "resolve" and texts:
         yield f"{texts[-1]}-unknown"
-    elif name in ("error", "warning", "refuse", "_refuse", "_error", "Diagnostic", "ExpressionError"):
+    elif name in MAKERS:
         yield from [t for t in texts if re.fullmatch(r"[a-z]+(-[a-z]+)*", t) and t not in ("error", "warning")][:1]
 
 

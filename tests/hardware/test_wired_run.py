@@ -28,8 +28,9 @@ HARMLESS = {
 }
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
-#: each takes half of a core; one more is begun where that is idle for a moment, s
-AT_ONCE, ROOM, MOMENT = os.cpu_count() or 1, 0.5, 0.5
+#: each takes half of a core; one more is begun where that is idle for a moment, s, and for so many cases:
+#: to begin it takes as long as two of them
+AT_ONCE, ROOM, MOMENT, EACH = os.cpu_count() or 1, 0.5, 0.5, 10
 LONGEST = 100.0
 #: so often a case is tried at most, where the machine was late
 AGAIN = 4
@@ -81,8 +82,8 @@ def done():
         waiting, rows = queue.Queue(), []
         for case in asked:
             waiting.put(case)
-        room = Room()
-        keepers = [threading.Thread(target=keep, args=(waiting, rows, idle, room)) for _ in range(AT_ONCE)]
+        room, at_once = Room(), min(AT_ONCE, 1 + len(asked) // EACH)
+        keepers = [threading.Thread(target=keep, args=(waiting, rows, idle, room)) for _ in range(at_once)]
         for keeper in keepers:
             keeper.start()
         for keeper in keepers:

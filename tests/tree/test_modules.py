@@ -152,17 +152,17 @@ def test_a_package_on_pythonpath_counts_as_installed(folders):
     assert executed(elsewhere) == ["own_nodes.py.ran"]
 
 
-@pytest.mark.parametrize("beside", [True, False])
-def test_mocks_bring_the_modules_of_a_tree_beside_them_only(folders, beside):
+def test_mocks_bring_the_modules_of_a_tree_beside_them_only(folders):
     trees, elsewhere = folders
-    put(trees, "own_nodes.py")
-    put(trees, "tree.yaml", TREE % ("own_nodes", ""))
-    folder, tree = (trees, "tree.yaml") if beside else (elsewhere, "../trees/tree.yaml")
-    put(folder, "mocks.yaml", f"format: stretch-mocks/1\ntree: {tree}\nmocks: [{{match: '**/wait'}}]\n")
-    done = command(elsewhere, "check", str(folder / "mocks.yaml"), "--json")
-    codes = [finding["code"] for finding in json.loads(done.stdout)]
-    assert codes == ([] if beside else ["tree-wrong"])
-    assert executed(trees) == (["own_nodes.py.ran"] if beside else [])
+    for folder, name, way in ((trees, "near", ""), (elsewhere, "far", "../trees/")):
+        put(trees, f"{name}_nodes.py")
+        put(trees, f"{name}.yaml", TREE % (f"{name}_nodes", ""))
+        mocks = f"format: stretch-mocks/1\ntree: {way}{name}.yaml\nmocks: [{{match: '**/wait'}}]\n"
+        put(folder, "mocks.yaml", mocks)
+    done = command(elsewhere, "check", *(str(folder / "mocks.yaml") for folder in folders), "--json")
+    [found] = json.loads(done.stdout)
+    assert (found["file"], found["code"]) == (str(elsewhere / "mocks.yaml"), "tree-wrong")
+    assert executed(trees) == ["near_nodes.py.ran"]
 
 
 def test_what_is_no_name_of_a_module_is_said(folders):
@@ -175,13 +175,20 @@ def test_what_is_no_name_of_a_module_is_said(folders):
 
 
 def test_a_record_executes_no_module_unless_it_is_trusted(folders):
-    """And a replay knows the modules that its nodes import from beside the tree."""
+    """And a replay knows the modules that its nodes import from beside the tree, and says when they are others."""
     trees, elsewhere = folders
-    put(trees, "own_nodes.py", "import own_helper\n" + LEAVE + NODE)
+    for name in ("init", "commit"):
+        options = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
+        git = ["git", *options, name, "-q", *(["--allow-empty", "-m", "one"] if name == "commit" else [])]
+        subprocess.run(git, cwd=trees, check=True, timeout=60)
+    module = put(trees, "own_nodes.py", "import own_helper\n" + LEAVE + NODE)
     put(trees, "own_helper.py", LEAVE)
     put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
     assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
-    assert "own_helper" in json.loads((elsewhere / "record" / "run.json").read_text())["modules"]
+    modules = json.loads((elsewhere / "record" / "run.json").read_text())["modules"]
+    assert "own_helper" in modules
+    assert modules["own_nodes"]["sha256"] == hashlib.sha256(module.read_bytes()).hexdigest()
+    assert len(modules["own_nodes"]["commit"]) == 40
     for left in executed(trees):
         (trees / left).unlink()
     refused = command(elsewhere, "replay", "record", "--json")
@@ -195,6 +202,11 @@ def test_a_record_executes_no_module_unless_it_is_trusted(folders):
     assert executed(trees) == ["own_helper.py.ran", "own_nodes.py.ran"]
     said = [line for line in trusted.stderr.splitlines() if line.startswith("executing")]
     assert said == [f"executing {trees.resolve() / name}.py" for name in ("own_nodes", "own_helper")]
+    module.write_text(module.read_text() + "# changed\n")
+    changed = command(elsewhere, "replay", "record", "--trust", "--json")
+    [other] = json.loads(changed.stdout)["others"]
+    assert str(module.resolve()) in other
+    assert other in changed.stderr
 
 
 @pytest.mark.parametrize(
@@ -223,27 +235,6 @@ def test_a_record_that_carries_a_module_executes_none(folders, carried):
         assert done.returncode == 2
         assert "no Python module 'own_nodes' is installed" in done.stderr
         assert executed(trees) == executed(elsewhere) == []
-
-
-def test_a_replay_says_when_its_nodes_are_others(folders):
-    trees, elsewhere = folders
-    for name in ("init", "commit"):
-        options = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
-        git = ["git", *options, name, "-q", *(["--allow-empty", "-m", "one"] if name == "commit" else [])]
-        subprocess.run(git, cwd=trees, check=True, timeout=60)
-    module = put(trees, "own_nodes.py", NODE)
-    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
-    assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
-    about = json.loads((elsewhere / "record" / "run.json").read_text())["modules"]["own_nodes"]
-    assert about["sha256"] == hashlib.sha256(module.read_bytes()).hexdigest()
-    assert len(about["commit"]) == 40
-    again = json.loads(command(elsewhere, "replay", "record", "--trust", "--json").stdout)
-    assert (again["identical"], again["others"]) == (True, [])
-    module.write_text(NODE + "# changed\n")
-    done = command(elsewhere, "replay", "record", "--trust", "--json")
-    [other] = json.loads(done.stdout)["others"]
-    assert str(module.resolve()) in other
-    assert other in done.stderr
 
 
 def test_reading_a_tree_leaves_the_path_as_it_was(folders):
@@ -313,22 +304,21 @@ CLASSES = {
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "pkg.near.Own")) for n in CLASSES])
-def test_of_the_name_of_a_class_only_its_modules_are_executed(folders, name):
-    trees, elsewhere = folders
-    for file in ("__init__", "near", "far"):
-        put(trees / "pkg", f"{file}.py", LEAVE + BEHAVIOUR)
-    put(trees / "space" / "inner", "near.py", LEAVE + BEHAVIOUR)  # folders without __init__.py
-    node = ", own.Own: {}" if name == "pkg.near" else ", own: {}"
-    put(trees, "tree.yaml", TREE % (name, node))
-    done = command(elsewhere, "check", str(trees / "tree.yaml"))
-    assert (done.returncode, executed(trees)) == (0, CLASSES[name]), done.stdout
-
-
-def test_a_class_of_a_module_that_is_not_beside_the_tree_is_not_looked_for(folders):
+def test_of_the_name_of_a_class_only_its_modules_are_executed(folders):
+    """And one of a module that is not beside the tree is not looked for."""
     trees, elsewhere = folders
     put(elsewhere, "their_nodes.py", LEAVE + BEHAVIOUR)
-    put(trees, "tree.yaml", TREE % ("their_nodes.Own", ", own: {}"))
-    done = command(elsewhere, "check", str(trees / "tree.yaml"))
-    assert (done.returncode, executed(elsewhere)) == (2, [])
-    assert "no Python module 'their_nodes' is installed, and none is beside the tree" in done.stdout
+    paths = [put(trees, "tree.yaml", TREE % ("their_nodes.Own", ", own: {}"))]
+    for k, name in enumerate(CLASSES):
+        package, *rest = name.split(".")
+        beside = trees / str(k)
+        for file in ("__init__", "near", "far"):
+            put(beside / f"pkg{k}", f"{file}.py", LEAVE + BEHAVIOUR)
+        put(beside / f"space{k}" / "inner", "near.py", LEAVE + BEHAVIOUR)  # folders without __init__.py
+        node = ", own.Own: {}" if name == "pkg.near" else ", own: {}"
+        paths.append(put(beside, "tree.yaml", TREE % (".".join([f"{package}{k}", *rest]), node)))
+    done = command(elsewhere, "check", *map(str, paths), "--json")
+    [found] = json.loads(done.stdout)
+    assert (done.returncode, found["file"], executed(elsewhere)) == (2, str(paths[0]), [])
+    assert "no Python module 'their_nodes' is installed, and none is beside the tree" in found["message"]
+    assert {name: executed(trees / str(k)) for k, name in enumerate(CLASSES)} == CLASSES

@@ -57,6 +57,11 @@ def test_a_refusal_counts_as_the_largest_error_of_its_group():
     assert found.slope.value == pytest.approx(0.0, abs=1e-9)
 
 
+def test_equal_errors_have_the_mean_of_their_ranks():
+    cells = cells_of(presses(lambda _s, _x, depth: max(depth, 6e-3)), "fit")
+    assert trend(cells, "depth").rank.value == pytest.approx(np.corrcoef([1, 2, 3, 4], [1.5, 1.5, 3, 4])[0, 1])
+
+
 def test_the_share_below_a_millimetre_counts_refusals_as_outside():
     cells = cells_of(presses(lambda _s, x, _d: 0.5e-3 if x < 0.05 else 2e-3, refused=lambda s, *_: s > 0.025), "fit")
     assert len(cells) == 36
