@@ -180,17 +180,19 @@ class Meeting:
         upright = where.upright  # the part of a drop that is a way along the hand's axis
         kinks = [kink * upright for kink in self.specimen.kinks(state)]
         start = self.specimen.drop(state) * upright
+        whole = self.specimen.standing(state, 0.0)  # of which the membrane may meet a part, on an axis of its own
         for turn in range(_PASSES):
             found = couple(
                 _lifted(felt, lift), own, travel, rest=rest * upright, start=start, kinks=kinks, close=close, near=near
             )
             spent, before, drop = spent + found.iterations, drop, found.drop / upright
             changed = self.specimen.standing(state, drop)
-            if changed.body == standing.body or abs(drop - before) < _SETTLED:
+            if changed.body == whole.body or abs(drop - before) < _SETTLED:
                 # the body that balanced, at the drop found
-                return found._replace(iterations=spent, drop=drop), replace(changed, body=standing.body)
+                balanced = replace(standing, top=standing.top + changed.top - whole.top)
+                return found._replace(iterations=spent, drop=drop), balanced
             # drops that swing to and fro, as where friction holds, are met in their middle
-            standing = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
+            standing = whole = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
             felt = self._hand_law(standing, where, stretch, past)
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.behaviors._rolling import laid
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
@@ -39,8 +40,24 @@ def test_a_profile_keeps_its_speed_and_acceleration(length, speed, acceleration,
     assert braked.at(time / 2) == profile.at(time / 2)
 
 
+@given(length=LENGTH, speed=SPEED, acceleration=ACCELERATION, part=st.floats(0, 1))
+def test_a_profile_knows_when_it_is_where(length, speed, acceleration, part):
+    profile = Profile.trapezoid(length, speed, acceleration).braked(0.7 * length / speed, acceleration)
+    time = profile.when(part * profile.length)
+    assert 0.0 <= time <= profile.duration
+    assert profile.at(time)[0] == pytest.approx(part * profile.length, abs=1e-9 * length)
+
+
 def test_no_way_takes_no_time():
-    assert Profile.trapezoid(0.0, 0.1, 1.0).duration == 0.0
+    assert Profile.trapezoid(0.0, 0.1, 1.0).duration == Profile.trapezoid(0.0, 0.1, 1.0).when(0.0) == 0.0
+
+
+def test_a_path_turns_at_its_sharp_corners_and_along_a_lap_nowhere():
+    lap = laid("circle", 0.01, Pose((0, 0, 0.1)), 0.0, 1.0, 60)
+    assert PosePath(lap).corners == []
+    down, up, aside = Pose((0, 0, 0.05)), Pose((0, 0, 0.08)), Pose((0.03, 0, 0.08))
+    assert PosePath([Pose((0, 0, 0.1)), down, down, up, aside]).corners == pytest.approx([0.05, 0.08])
+    assert PosePath([up, Pose(up.position, (0, 0, 0.1)), up]).corners == pytest.approx([0.01])
 
 
 def test_a_path_goes_through_its_poses_and_ends_at_the_floor():
@@ -186,3 +203,34 @@ def test_what_is_told_is_as_old_as_the_scene_says(clock, tmp_path):
     seen = frame.plane_distance - frame.depth[frame.depth > 0].min()
     assert seen == pytest.approx(twin.contact(frame.time - 0.1).depth, abs=3e-4)
     assert seen < twin.contact(frame.time).depth - 3e-3
+
+
+def over(mm, x=0.0):
+    """Return a pose over a balloon, so many mm deep below its top."""
+    return Pose((x, 0.0, 0.060 - 1e-3 * mm))
+
+
+def dive(mm):
+    """Return the poses of a lap without a sharp corner that is so many mm deep half way, and ends where it began."""
+    return [over(mm * (1 - math.cos(t)) / 2, 0.02 * math.sin(t)) for t in np.linspace(0.0, 2 * math.pi, 61)]
+
+
+WAYS = {"down and up": [[over(6), over(2)]], "a lap": [[over(0)], dive(6), [over(2)]]}
+
+
+@pytest.mark.parametrize(("fill", "effect"), [("seeds", "granular_hysteresis"), ("water", "latex_softening")])
+def test_an_object_remembers_the_middle_of_a_way(make_cell, advance, tmp_path, fill, effect):
+    """As it does where the hand stops when it is deepest."""
+    path = tmp_path / "balloon.yaml"
+    path.write_text(
+        f"format: stretch-scene/1\nobject: {{type: balloon, diameter: 60 mm, base: 30 mm, pressure: 2 kPa, fill: {{type: {fill}}}}}\n"
+        f"fidelity: hertz\neffects: {{compliance: on, {effect}: on}}\n"
+    )
+    forces = {}
+    for name, way in {"twice": [[over(6)], [over(2)]], "once": [[over(2)]], **WAYS}.items():
+        cell = make_cell(scene=path)
+        for poses in way:
+            advance(cell.devices["arm"].follow(poses, speed=0.02, owner="a"))
+        forces[name] = cell.truth()["force"]
+    assert forces["twice"] < 0.99 * forces["once"]
+    assert {name: forces[name] for name in WAYS} == pytest.approx(dict.fromkeys(WAYS, forces["twice"]), rel=1e-3)

@@ -60,3 +60,20 @@ def test_two_under_one_membrane_are_met_together():
     high, both = (pair.contact(Pose((0.0, 0.0, height)), 0.02) for height in (0.031, 0.022))
     assert (high.depth, both.depth) == (pytest.approx(0.001), pytest.approx(0.010))
     assert both.force[2] > 5 * high.force[2] > 0
+
+
+@pytest.mark.parametrize(("x", "height"), [(0.0, 12.0), (0.0, 9.0), (-19.0, 12.0)])
+def test_a_snowman_that_hardly_gives_way_is_met_as_a_rigid_one(x, height):
+    """By the same domes at the same places: the hand is over the middle of three, or over the largest."""
+    rigid, hard, soft = (
+        World(
+            parse_scene(
+                "format: stretch-scene/1\neffects: {compliance: on}\n"
+                f"object: {{type: snowman, diameters: [28 mm, 22 mm, 16 mm], {law}}}\n"
+            )
+        ).contact(Pose((1e-3 * x, 0.0, 1e-3 * height)), 0.02)
+        for law in ("rigid: true", "stiffness: 10000 N/mm", "stiffness: 0.9 N/mm")
+    )
+    assert hard.force == pytest.approx(rigid.force, rel=1e-4, abs=1e-9)
+    assert hard.place == soft.place == rigid.place
+    assert rigid.force[2] > soft.force[2] == pytest.approx(900 * soft.drop)

@@ -64,7 +64,8 @@ class SimulatedArm(ArmDriver):
             part = distance / route.length if route.length > 0 else 0.0
             return Placed(pose, pose.moved(z=before + part * (after - before)))
 
-        end = twin.move_hand(place, Profile.trapezoid(route.length, speed, self.options.acceleration))
+        profile = Profile.trapezoid(route.length, speed, self.options.acceleration)
+        end = twin.move_hand(place, profile, route.corners)
         final = MotionState.DONE if route is wanted else MotionState.BLOCKED
         return lambda: MotionState.MOVING if self.cell.now() < end - _ROUNDING else final
 

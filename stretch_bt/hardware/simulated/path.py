@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from stretch_bt.frames import Pose
@@ -13,6 +13,7 @@ __all__ = ["Placed", "PosePath", "between"]
 
 #: lever that turns rotation into a distance, so that a turn on the spot takes time too
 _LEVER = 0.1
+_SHARP = math.cos(math.radians(45))  # of the angle between two legs
 
 
 class Placed(NamedTuple):
@@ -50,6 +51,18 @@ class PosePath:
         """Length of the whole path, m."""
         return self.distances[-1]
 
+    @property
+    def corners(self) -> list[float]:
+        """Distances, m, at which it turns sharply, by more than half a right angle, or the hand turns otherwise than before."""
+        found, before = [], None
+        for i, (one, other) in enumerate(pairwise(self.poses)):
+            if self.distances[i + 1] > self.distances[i]:
+                way = _way(one, other)
+                if before is not None and sum(u * v for u, v in zip(before, way, strict=True)) < _SHARP:
+                    found.append(self.distances[i])
+                before = way
+        return found
+
     def at(self, distance: float) -> Pose:
         """Return the pose this far along."""
         if distance >= self.length:
@@ -80,6 +93,14 @@ def _next_to(before: Pose, pose: Pose) -> Pose:
         return pose
     a, b, c = (v * (angle + math.tau * rounds) for v in axis)
     return Pose(pose.position, (a, b, c))
+
+
+def _way(one: Pose, other: Pose) -> list[float]:
+    """Return the direction from one pose to another that differs, of length 1: across, and turned by the lever."""
+    across = [v - u for u, v in zip(one.position, other.position, strict=True)]
+    turned = [_LEVER * (v - u) for u, v in zip(one.rotation, other.rotation, strict=True)]
+    length = math.hypot(*across, *turned)
+    return [v / length for v in (*across, *turned)]
 
 
 def _distance(one: Pose, other: Pose) -> float:

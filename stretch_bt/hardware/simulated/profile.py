@@ -44,6 +44,15 @@ class Profile:
         since = time - begin
         return distance + speed * since + rate * since**2 / 2, speed + rate * since
 
+    def when(self, distance: float) -> float:
+        """Return the time, s, after the begin, at which it is this far along, m, from 0 to its length."""
+        if distance >= self.length:
+            return self.duration
+        begin, before, speed, rate = next(p for p in reversed(self.phases) if p[1] <= distance)
+        left = distance - before
+        mean = (speed + math.sqrt(max(speed**2 + 2 * rate * left, 0.0))) / 2
+        return begin + left / mean if left > 0 else begin
+
     def braked(self, time: float, acceleration: float) -> Profile:
         """Return the same motion, brought to rest from this time on."""
         if time >= self.duration:

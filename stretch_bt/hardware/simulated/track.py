@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 from stretch_bt.hardware.simulated.profile import Profile
@@ -17,6 +17,13 @@ class _Segment(NamedTuple, Generic[T]):
     start: float
     path: Callable[[float], T]
     profile: Profile
+    corners: Sequence[float] = ()
+
+    @property
+    def turns(self) -> list[float]:
+        """Return the times, s, of its begin, its corners and its end."""
+        passed = [self.profile.when(corner) for corner in self.corners if corner < self.profile.length]
+        return [self.start + t for t in (0.0, *passed, self.profile.duration)]
 
 
 class Track(Generic[T]):
@@ -30,10 +37,13 @@ class Track(Generic[T]):
         segment = next((s for s in reversed(self._segments) if s.start <= time), self._segments[0])
         return segment.path(segment.profile.at(time - segment.start)[0])
 
-    def begin(self, time: float, path: Callable[[float], T], profile: Profile) -> float:
-        """Start a motion along a path, from rest, and return when it will end, s; an earlier motion is cut short."""
+    def begin(self, time: float, path: Callable[[float], T], profile: Profile, corners: Sequence[float] = ()) -> float:
+        """Start a motion along a path, from rest, and return when it will end, s; an earlier motion is cut short.
+
+        `corners` are the distances, m, at which the path turns.
+        """
         recent = [i for i, s in enumerate(self._segments) if s.start <= time - _MEMORY]
-        self._segments = [*self._segments[recent[-1] if recent else 0 :], _Segment(time, path, profile)]
+        self._segments = [*self._segments[recent[-1] if recent else 0 :], _Segment(time, path, profile, corners)]
         return time + profile.duration
 
     def stop(self, time: float, acceleration: float) -> None:
@@ -42,6 +52,5 @@ class Track(Generic[T]):
         self._segments[-1] = last._replace(profile=last.profile.braked(time - last.start, acceleration))
 
     def turns(self, after: float, until: float) -> list[float]:
-        """Return the times in (after, until] at which a motion began or ended, s."""
-        ends = [t for s in self._segments for t in (s.start, s.start + s.profile.duration)]
-        return [t for t in ends if after < t <= until]
+        """Return the times in (after, until] at which a motion began, turned or ended, s."""
+        return [t for s in self._segments for t in s.turns if after < t <= until]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -27,6 +27,7 @@ from stretch_bt.simulation.world import Contact, World
 __all__ = ["Twin"]
 
 _HOME = Pose((0.0, 0.0, 0.2))
+_STRIDE = 0.1  # s; a bend, or a way across the object, is followed in steps of this where the path alone counts
 _DEEPEST = 0.030  # m; greatest depth past first contact that a node may ask for
 
 
@@ -73,10 +74,10 @@ class Twin:
         """Let the fingers be where a gripper that is not simulated says."""
         self.fingers = Reported(opening, lambda one, other, part: one + part * (other - one), self.now)
 
-    def move_hand(self, path: Callable[[float], Placed], profile: Profile) -> float:
-        """Start a motion of the hand now, and return when it will end, s."""
+    def move_hand(self, path: Callable[[float], Placed], profile: Profile, corners: Sequence[float] = ()) -> float:
+        """Start a motion of the hand now, along a path that turns sharply at some distances, m, and return when it will end, s."""
         self.remember()
-        return self.hand.begin(self.now(), path, profile)
+        return self.hand.begin(self.now(), path, profile, corners)
 
     def move_fingers(self, path: Callable[[float], float], profile: Profile) -> float:
         """Start a motion of the fingers now, and return when it will end, s."""
@@ -156,12 +157,12 @@ class Twin:
         return noise_source(self.seed, source, number)
 
     def _knots(self, last: float, time: float, longest: float) -> list[float]:
-        """Return the moments in (last, time] at which the path turns, and with a memory of time also the moments of its grid."""
+        """Return the moments in (last, time] at which the path turns sharply, and those of a grid that follows what lies between."""
         turns = {*self.hand.turns(last, time), *self.fingers.turns(last, time)}
         if not math.isfinite(last):
             turns.add(min(time, 0.0))
             last = min(time, 0.0)
-        if math.isfinite(longest):
-            first, end = math.floor(last / longest) + 1, math.floor(time / longest + 1e-9)
-            turns.update(k * longest for k in range(first, end + 1))
+        step = longest if math.isfinite(longest) else _STRIDE
+        first, end = math.floor(last / step) + 1, math.floor(time / step + 1e-9)
+        turns.update(k * step for k in range(first, end + 1))
         return sorted(t for t in turns if t <= time)

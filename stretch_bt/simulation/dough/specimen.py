@@ -192,6 +192,8 @@ class DoughSpecimen(Specimen):
             seed=state.seed,
             rate=_PART * turned / max(moved.dt, _SHORTEST) if not self.timeless else 0.0,
         )
+        if lump.steps == state.lump.steps:  # not yet a step of rolling
+            return replace(state, lump=lump)
         return replace(state, lump=lump, rolled=lump, fresh=False)
 
     def _disc(self, state: DoughState) -> Indenter:

@@ -134,6 +134,24 @@ def test_an_edge_cracks_by_the_press_since_the_lump_rolled_and_not_by_those_befo
     assert rough[0][1] == pytest.approx(rough[1][1], rel=0.05)
 
 
+@pytest.mark.parametrize("drop", [0.0, 5e-3])
+def test_a_drag_shorter_than_a_step_of_rolling_changes_its_place_alone(drop):
+    """It took a pressed disc for a lump that had rolled, so that its cracks and its flat top were gone."""
+    thing = specimen(*USUAL, "edge_cracks", yield_stress="1 kPa")
+    before = thing.after(thing.start(1), pushed(drop=drop))
+    dragged = thing.after(before, pushed(1e-4, 0.0))
+    assert (dragged.pressed, dragged.fresh) == (before.pressed, drop == 0.0)
+    assert (before.pressed > 0.2) == (drop > 0)
+    assert thing.known(dragged, 0.0) == thing.known(before, 0.0)
+    was, is_ = thing.standing(before, 0.0), thing.standing(dragged, 0.0)
+    assert type(is_.body) is type(was.body)
+    assert (is_.top, is_.x) == (was.top, pytest.approx(was.x + 5e-5))
+    on = dragged
+    for _ in range(40):
+        on = thing.after(on, pushed(1e-4, 0.0))
+    assert (on.lump.steps, on.pressed, on.fresh) == (1, 0.0, False)
+
+
 def test_what_an_effect_of_dough_needs_is_what_it_uses():
     known = registry()
     assert (known["edge_cracks"].needs, known["tack"].needs) == ("plasticity", None)
