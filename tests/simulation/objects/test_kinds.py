@@ -97,7 +97,17 @@ def test_the_table_names_every_kind_of_solid(kind):
         ("{type: dough, yield_stress: 300 Pa}", 9, "its own weight, which is 307 Pa"),
         ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm, rigid: true}", 25, "known here: base, edge, heading"),
         ("{type: plane, height: 20 mm, rigid: true}", 9, "nothing stands in for a plane at sheet"),
-        ("{type: several, objects: [{type: dough}, {type: dough}]}", 9, "side by side are rigid"),
+        (
+            "{type: several, objects: [{type: dough}, {type: dough}]}",
+            9,
+            "side by side are rigid, and a dough gives way",
+        ),
+        (
+            "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true},"
+            " {type: paper_pyramid, width: 40 mm, height: 35 mm}]}",
+            9,
+            "a paper_pyramid gives way; leave it out, or write a solid with 'rigid: true' in its place",
+        ),
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}",
             34,
@@ -113,7 +123,7 @@ def test_the_table_names_every_kind_of_solid(kind):
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9 mm, stiffness: 1 N/mm}]}",
             9,
-            "rigid",
+            "a sphere gives way where it has a stiffness; write 'rigid: true' for it",
         ),
     ],
 )
