@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stretch_bt.errors import SceneError
+from stretch_bt.errors import InvalidInput, SceneError
+from stretch_bt.simulation.above import upper_surface
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.membrane.indenters.placed import place
@@ -80,6 +81,12 @@ def test_the_table_names_every_kind_of_solid(kind):
         assert made("{type: plane, height: 20 mm, rigid: true}\nfidelity: hertz").body() is None
     else:
         assert any(f"{{type: {kind}," in text for text in OBJECTS)
+
+
+def test_what_has_no_body_has_no_upper_surface():
+    plane = made("{type: plane, height: 20 mm, rigid: true}\nfidelity: hertz")
+    with pytest.raises(InvalidInput, match="a plane has no body"):
+        upper_surface(plane)
 
 
 @pytest.mark.parametrize(
