@@ -40,6 +40,7 @@ def upper_surface(spec: ObjectSpec, cell: float = 1e-3) -> Above:
     InvalidInput
         The object has no body.
     """
+    _body(spec)  # what has none has no end
     reach = np.arange(-spec.reach - 2 * cell, spec.reach + 2 * cell, cell)
     x, y = (axis.ravel() for axis in np.meshgrid(reach, reach, indexing="ij"))
     points = np.column_stack([x + spec.position.x, y + spec.position.y, np.full(x.shape, spec.top + cell)])
@@ -55,11 +56,16 @@ def distances(spec: ObjectSpec, points: Array) -> Array:
     return _gap(spec, points)[0]
 
 
-def _gap(spec: ObjectSpec, points: Array) -> tuple[Array, Array]:
-    """Return distance (n,), m, and upward part of the outward normal in the last column (n, 3)."""
+def _body(spec: ObjectSpec) -> Indenter | Several:
     body = spec.body()
     if body is None:
         raise InvalidInput(f"a {spec.type} has no body; name an object that has a shape")
+    return body
+
+
+def _gap(spec: ObjectSpec, points: Array) -> tuple[Array, Array]:
+    """Return distance (n,), m, and upward part of the outward normal in the last column (n, 3)."""
+    body = _body(spec)
     c, s = np.cos(spec.heading), np.sin(spec.heading)
     away = points - [spec.position.x, spec.position.y, spec.top]
     own = np.column_stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0], away[:, 2]]) * _MIRROR

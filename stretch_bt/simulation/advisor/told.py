@@ -77,9 +77,13 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
     missed = [p for p in chosen.predicted.values() if p.solver is None or p.ratio > 1]
     unknown = [p.observable for p in missed if p.solver is None]
     if unknown:
+        names = " and ".join(unknown)
+        remedy = "; write 'fidelity: auto' or 'fidelity: sheet' in the scene"
+        if scene.object.body() is None:  # no sheet meets it
+            remedy = f", which no other fidelity has an answer to; leave {names} out of --tolerance"
         return (
-            f"--tolerance: nothing is known of the error of {' and '.join(unknown)} at {scene.fidelity} fidelity under a "
-            f"{scene.object.type}; write 'fidelity: auto' or 'fidelity: sheet' in the scene"
+            f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
+            f"{scene.object.type}{remedy}"
         )
     best = ", ".join(
         f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, TypeAdapter, WithJsonSchema, model_
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.base import ObjectSpec, Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.several import Several
@@ -31,6 +32,13 @@ def _kind(given: Any) -> Any:
     return TypeAdapter(kinds()[name]).validate_python(given)
 
 
+def _gives_way(thing: ObjectSpec) -> str:
+    """Return what of an object gives way, and the remedy."""
+    if isinstance(thing, SolidSpec):
+        return f"a {thing.type} gives way where it has a stiffness; write 'rigid: true' for it"
+    return f"a {thing.type} gives way; leave it out, or write a solid with 'rigid: true' in its place"
+
+
 _One = Annotated[Any, BeforeValidator(_kind), WithJsonSchema({"type": "object", "required": ["type"]})]
 
 
@@ -44,7 +52,7 @@ class SeveralObjects(ObjectSpec):
     def _rigid_bodies(self) -> SeveralObjects:
         for thing in self.objects:
             if thing.compliance() is not None or math.isfinite(thing.rough().stiffness):
-                raise InvalidInput("objects that stand side by side are rigid; write 'rigid: true' for each of them")
+                raise InvalidInput(f"objects that stand side by side are rigid, and {_gives_way(thing)}")
             if thing.type == "plane":
                 raise InvalidInput(
                     "nothing stands beside an object that is wider than the membrane; leave out the plane"

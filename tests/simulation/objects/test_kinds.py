@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stretch_bt.errors import SceneError
+from stretch_bt.errors import InvalidInput, SceneError
+from stretch_bt.simulation.above import upper_surface
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.membrane.indenters.placed import place
@@ -82,6 +83,12 @@ def test_the_table_names_every_kind_of_solid(kind):
         assert any(f"{{type: {kind}," in text for text in OBJECTS)
 
 
+def test_what_has_no_body_has_no_upper_surface():
+    plane = made("{type: plane, height: 20 mm, rigid: true}\nfidelity: hertz")
+    with pytest.raises(InvalidInput, match="a plane has no body"):
+        upper_surface(plane)
+
+
 @pytest.mark.parametrize(
     ("text", "column", "says"),
     [
@@ -97,7 +104,17 @@ def test_the_table_names_every_kind_of_solid(kind):
         ("{type: dough, yield_stress: 300 Pa}", 9, "its own weight, which is 307 Pa"),
         ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm, rigid: true}", 25, "known here: base, edge, heading"),
         ("{type: plane, height: 20 mm, rigid: true}", 9, "nothing stands in for a plane at sheet"),
-        ("{type: several, objects: [{type: dough}, {type: dough}]}", 9, "side by side are rigid"),
+        (
+            "{type: several, objects: [{type: dough}, {type: dough}]}",
+            9,
+            "side by side are rigid, and a dough gives way",
+        ),
+        (
+            "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true},"
+            " {type: paper_pyramid, width: 40 mm, height: 35 mm}]}",
+            9,
+            "a paper_pyramid gives way; leave it out, or write a solid with 'rigid: true' in its place",
+        ),
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}",
             34,
@@ -113,7 +130,7 @@ def test_the_table_names_every_kind_of_solid(kind):
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9 mm, stiffness: 1 N/mm}]}",
             9,
-            "rigid",
+            "a sphere gives way where it has a stiffness; write 'rigid: true' for it",
         ),
     ],
 )
