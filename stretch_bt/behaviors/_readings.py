@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,19 +15,19 @@ from stretch_bt.units import Estimate, Length
 if TYPE_CHECKING:
     from stretch_bt.behaviors.records import Mounting
     from stretch_bt.hardware.hand import HandGeometry
+    from stretch_bt.model.palpation.series import Series
 
 __all__ = [
     "FirstTouch",
     "Reading",
-    "creep_of",
     "fixed_part",
     "frames_at",
     "infer_again",
-    "is_clear",
     "noise_at",
     "of_one_kind",
     "of_press",
     "reading_sd",
+    "without_crept",
 ]
 
 CREEP = 3.0  # least difference of a press' older readings from its newer ones, in standard deviations, for the older to count as past
@@ -145,20 +145,33 @@ def of_press(readings: Sequence[Reading], latest: Reading) -> list[Reading]:
     return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
-def creep_of(press: Sequence[Reading], noise: float) -> Estimate:
-    """Return how far the newer half of a press' readings stands above the older half, m, of two readings or more.
+def without_crept(
+    readings: list[Reading], fit: Callable[[list[Reading]], Series]
+) -> tuple[list[Reading], Series, Estimate]:
+    """Return the readings that count, their fit, and how far the newer half of the latest press' readings stands above the older half, m.
 
-    `noise` is the ratio of the readings' scatter to the standard deviations that they state.
+    The older half no longer counts where the press creeps for certain.
     """
-    halves = press[: len(press) // 2], press[len(press) // 2 :]
-    means = [sum(r.height for r in half) / len(half) for half in halves]
-    sds = [math.hypot(*(r.sd for r in half)) / len(half) for half in halves]
-    return Estimate(means[1] - means[0], noise * math.hypot(*sds))
+    press = of_press(readings, readings[-1])
+    older, newer = press[: len(press) // 2], press[len(press) // 2 :]
+    if not older:
+        return readings, fit(readings), Estimate(0.0, 0.0)
+    past = {id(reading) for reading in older}
+    left = [reading for reading in readings if id(reading) not in past]
+    series = fit(left)  # creep scatters the readings of all, and is not to hide itself
+    before, after = _mean(older), _mean(newer)
+    noise = math.sqrt(
+        max(series.chi2, 1.0)
+    )  # the ratio of the readings' scatter to the standard deviations that they state
+    creep = Estimate(after.value - before.value, noise * math.hypot(before.sd, after.sd))
+    if abs(creep.value) > CREEP * creep.sd:
+        return left, series, creep
+    return readings, fit(readings), creep
 
 
-def is_clear(creep: Estimate) -> bool:
-    """Return whether the older half of a press' readings no longer counts."""
-    return abs(creep.value) > CREEP * creep.sd
+def _mean(press: Sequence[Reading]) -> Estimate:
+    """Return the mean height of readings, m."""
+    return Estimate(sum(r.height for r in press) / len(press), math.hypot(*(r.sd for r in press)) / len(press))
 
 
 def frames_at(readings: Sequence[Reading], press: Reading) -> int:

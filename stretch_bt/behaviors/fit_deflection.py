@@ -7,7 +7,7 @@ from operator import attrgetter
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._membrane import is_mounted
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Reading, creep_of, infer_again, is_clear, of_one_kind, of_press
+from stretch_bt.behaviors._readings import Reading, infer_again, of_one_kind, without_crept
 from stretch_bt.behaviors.records import Felt, Mounting, TopReadings, Touch
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.reloading import of_first_loading
@@ -64,15 +64,7 @@ class FitDeflection(ModelBehavior):
             raise IllConditioned("no height of the top was read yet; run 'add_reading' first")
         readings = self._inferred(self.top_readings.readings)
         latest = readings[-1]
-        series = self._fit(readings)
-        creep = Estimate(0.0, 0.0)
-        press = of_press(readings, latest)
-        if older := {id(reading) for reading in press[: len(press) // 2]}:
-            newer = [reading for reading in readings if id(reading) not in older]
-            without = self._fit(newer)  # creep scatters the readings of all, and is not to hide itself
-            creep = creep_of(press, math.sqrt(max(without.chi2, 1.0)))
-            if is_clear(creep):
-                readings, series = newer, without
+        readings, series, creep = without_crept(readings, self._fit)
         with within_range():
             given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd, attrgetter("by_membrane"))
             readings, series = of_first_loading(readings, series, *given)
