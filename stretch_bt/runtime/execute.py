@@ -80,7 +80,7 @@ def _executed(
         task.longest = math.inf if task.built.foreign else longest
         clock = paced_for(task.built, clock)
     else:
-        load_ahead()
+        load_ahead(task.program.document.devices[name].interface.__name__ for name in task.devices())
     with one_thread(), threads_heard() as heard:
         run = _Run(task, clock, view, watch, heard)
         with signals(run.interrupted):

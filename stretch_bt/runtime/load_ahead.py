@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 
 __all__ = ["load_ahead", "load_first"]
 
 #: packages whose modules are all loaded
-_OWN = ("stretch_bt.perception", "stretch_bt.model", "stretch_bt.behaviors", "stretch_bt.runtime")
+_OWN = ("stretch_bt.model", "stretch_bt.behaviors", "stretch_bt.runtime")
+#: such a package for what a camera sees, most of whose modules are of kernels
+_SEEING = "stretch_bt.perception"
 #: modules of libraries that a record imports as it is written
 _RECORD = (
     "foxglove_schemas_protobuf.CameraCalibration_pb2",
@@ -25,16 +27,14 @@ _RECORD = (
 )
 #: modules of libraries that functions of those import
 _OTHERS = (
-    "cv2",
-    "scipy.fft",
     "scipy.interpolate",
     "scipy.linalg.interpolative",
-    "scipy.ndimage",
     "scipy.optimize",
     "scipy.sparse.linalg",
     "scipy.spatial",
     "scipy.special",
 )
+_OTHERS_SEEING = ("cv2", "scipy.fft", "scipy.ndimage")
 #: modules of the solver that a twin imports when something is read from it first
 _SHEET = (
     "scipy.interpolate",
@@ -43,9 +43,12 @@ _SHEET = (
 )
 
 
-def load_ahead() -> None:
-    """Import every module that a node may import later; one that cannot be imported is left to the node that needs it."""
-    for name in _names():
+def load_ahead(kinds: Iterable[str]) -> None:
+    """Import every module that a node may import later, given the kinds of the devices that are opened: images come from a DepthCamera alone.
+
+    A module that cannot be imported is left to the node that needs it.
+    """
+    for name in _names(seeing="DepthCamera" in kinds):
         with suppress(Exception):
             importlib.import_module(name)
 
@@ -59,10 +62,10 @@ def load_first(*, sheet: bool) -> None:
         importlib.import_module(name)
 
 
-def _names() -> Iterator[str]:
-    for package in map(importlib.import_module, _OWN):
+def _names(*, seeing: bool) -> Iterator[str]:
+    for package in map(importlib.import_module, (*_OWN, *([_SEEING] if seeing else []))):
         yield from (
             module.name
             for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.", onerror=lambda _: None)
         )
-    yield from (*_OTHERS, *_RECORD)
+    yield from (*_OTHERS, *(_OTHERS_SEEING if seeing else ()), *_RECORD)

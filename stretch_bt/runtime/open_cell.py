@@ -107,7 +107,10 @@ class OpenCell:
         self.records: dict[str, Any] = {}
         #: grid of the ticks of all calls
         self.grid = TickGrid(TICK)
-        self._load(sheet=world is not None and world.is_sheet)
+        if isinstance(self.clock, VirtualClock):
+            load_first(sheet=world is not None and world.is_sheet)
+        else:
+            load_ahead(device.type for device in spec.devices.values())
         self._record = None if out is None else record_of_calls(Path(out), spec, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
@@ -128,12 +131,6 @@ class OpenCell:
             self.close()
             self._end_record("FAULT" if isinstance(error, DeviceFault) else "ERROR", writable(error))
             raise
-
-    def _load(self, *, sheet: bool) -> None:
-        if isinstance(self.clock, VirtualClock):
-            load_first(sheet=sheet)
-        else:
-            load_ahead()
 
     # --- what it is
 

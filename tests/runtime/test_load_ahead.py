@@ -13,7 +13,7 @@ from stretch_bt import run
 from stretch_bt.runtime.load_ahead import load_ahead
 from stretch_bt.runtime.onlooker import Onlooker
 
-load_ahead()
+load_ahead(json.loads(sys.argv[4]))
 known, late = set(), set()
 
 class Imports(Onlooker):
@@ -41,7 +41,7 @@ def test_a_task_loads_nothing_while_it_runs(at_hertz, hand_at, tmp_path, tree, p
     options = {"params": params}
     if params:
         options |= {"scene": str(at_hertz("water_balloon", tmp_path)), "cell": str(hand_at(75))}
-    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(options)]
+    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(options), json.dumps(["DepthCamera"])]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]
 
@@ -54,10 +54,18 @@ trees: {main: {sequence: [{set_stretch: {stretch: 3 mm}}, {retract: {clearance: 
 """
 
 
+def test_a_task_without_a_camera_loads_nothing_of_what_one_sees_and_nothing_while_it_runs(tmp_path):
+    (tmp_path / "tree.yaml").write_text(TREE)
+    program = PROGRAM + "print(json.dumps('stretch_bt.perception.arrays_kernel' in sys.modules))\n"
+    asked = [sys.executable, "-c", program, tmp_path / "tree.yaml", tmp_path / "record", "{}", '["Arm", "Gripper"]']
+    done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert [json.loads(line) for line in done.stdout.splitlines()] == [["SUCCESS", []], False]
+
+
 def test_the_twin_itself_imports_nothing_in_a_tick(tmp_path):
     """No signal is heard while a tick imports."""
     (tmp_path / "tree.yaml").write_text(TREE)
-    program = PROGRAM.replace("load_ahead()\nknown", "known").replace(
+    program = PROGRAM.replace("load_ahead(json.loads(sys.argv[4]))\n", "").replace(
         'if not name.startswith("stretch_bt.simulation")', ""
     )
     asked = [sys.executable, "-c", program, tmp_path / "tree.yaml", tmp_path / "record", "{}"]
