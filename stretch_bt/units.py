@@ -166,7 +166,7 @@ class Within:
 
     def _shown(self, value: float, digits: int) -> str:
         if self.percent:
-            return f"{100 * value:.{digits}g} %"
+            return f"{100 * value:.{max(digits, 6)}g} %"
         return format_quantity(value, KINDS[self.kind] if self.kind else None, digits)
 
 

@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 CREEP = 3.0  # least difference of a press' older readings from its newer ones, in standard deviations, for the older to count as past
+FEW = 2  # degrees of freedom of the scatter of a press' readings, from which on it is known
 LEAST_TOUCHES = 2  # least number of touches that give the height of the top at no force
 FIXED, FRAME_NOISE = (
     3e-5,
@@ -152,26 +153,28 @@ def without_crept(
 
     The older half no longer counts where the press creeps for certain.
     """
-    press = of_press(readings, readings[-1])
-    older, newer = press[: len(press) // 2], press[len(press) // 2 :]
-    if not older:
-        return readings, fit(readings), Estimate(0.0, 0.0)
-    past = {id(reading) for reading in older}
+    series, press = fit(readings), of_press(readings, readings[-1])
+    halves = press[: len(press) // 2], press[len(press) // 2 :]
+    if not halves[0]:
+        return readings, series, Estimate(0.0, 0.0)
+    creep = _creep(halves, series.chi2)
+    if abs(creep.value) <= CREEP * creep.sd:
+        return readings, series, creep
+    past = {id(reading) for reading in halves[0]}
     left = [reading for reading in readings if id(reading) not in past]
-    series = fit(left)  # creep scatters the readings of all, and is not to hide itself
-    before, after = _mean(older), _mean(newer)
-    noise = math.sqrt(
-        max(series.chi2, 1.0)
-    )  # the ratio of the readings' scatter to the standard deviations that they state
-    creep = Estimate(after.value - before.value, noise * math.hypot(before.sd, after.sd))
-    if abs(creep.value) > CREEP * creep.sd:
-        return left, series, creep
-    return readings, fit(readings), creep
+    return left, fit(left), creep
 
 
-def _mean(press: Sequence[Reading]) -> Estimate:
-    """Return the mean height of readings, m."""
-    return Estimate(sum(r.height for r in press) / len(press), math.hypot(*(r.sd for r in press)) / len(press))
+def _creep(halves: Sequence[Sequence[Reading]], chi2: float) -> Estimate:
+    """Return how far the second half of a press' readings stands above the first, m; `chi2` is of the fit to all."""
+    means = [sum(r.height for r in half) / len(half) for half in halves]
+    sds = [math.hypot(*(r.sd for r in half)) / len(half) for half in halves]
+    free = sum(map(len, halves)) - len(halves)
+    if free >= FEW:  # creep, which scatters the readings of all, is none within the halves
+        pairs = zip(halves, means, strict=True)
+        chi2 = sum(((r.height - mean) / r.sd) ** 2 for half, mean in pairs for r in half) / free
+    noise = math.sqrt(max(chi2, 1.0))  # ratio of the readings' scatter to the standard deviations that they state
+    return Estimate(means[1] - means[0], noise * math.hypot(*sds))
 
 
 def frames_at(readings: Sequence[Reading], press: Reading) -> int:

@@ -14,7 +14,7 @@ __all__ = ["no_number", "read_json"]
 def read_json(text: str | bytes) -> Any:
     """Return the value of a JSON text; raises InvalidInput where it is none, is nested too deeply, or has a number that is not finite."""
     try:
-        return json.loads(text, parse_constant=no_number, parse_float=_finite)
+        return json.loads(text, parse_constant=no_number, parse_float=_finite, parse_int=_whole)
     except RecursionError:
         raise InvalidInput("it is JSON nested too deeply to be read") from None
     except ValueError as error:
@@ -29,3 +29,9 @@ def no_number(name: str) -> float:
 def _finite(text: str) -> float:
     value = float(text)
     return value if math.isfinite(value) else no_number(text)
+
+
+def _whole(text: str) -> int:
+    if not math.isfinite(float(text)):
+        no_number(f"{text[:8]}... of {len(text)} digits")
+    return int(text)

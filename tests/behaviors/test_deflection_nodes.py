@@ -182,6 +182,14 @@ def test_a_press_that_holds_still_keeps_all_its_readings() -> None:
     assert kept(node).count == 5
 
 
+@pytest.mark.parametrize("off", [(0.0, 6e-5), (0.0, 6e-5, 0.0, 1.2e-4), (1e-4, -1e-4, -1e-4, 1e-4, 0.0, -1e-4)])
+def test_a_press_whose_readings_scatter_more_than_they_say_does_not_creep(off: tuple[float, ...]) -> None:
+    node = tracked([(0.005, top_of(0.005)), *((0.012, top_of(0.012) + o) for o in off)])
+    felt = node.sinks["felt"].value
+    assert abs(felt.creep) <= 3 * felt.creep_sd
+    assert kept(node).count == 1 + len(off)
+
+
 def listed(node: Behavior, **limits: Any) -> Candidates:
     """Return the presses within limits."""
     candidates: Candidates = ran("list_presses", felt=node.sinks["felt"].value, **limits).sinks["candidates"].value

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.behaviors._rolling import laid
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
@@ -213,6 +213,27 @@ def over(mm, x=0.0):
 def dive(mm):
     """Return the poses of a lap without a sharp corner that is so many mm deep half way, and ends where it began."""
     return [over(mm * (1 - math.cos(t)) / 2, 0.02 * math.sin(t)) for t in np.linspace(0.0, 2 * math.pi, 61)]
+
+
+def test_a_way_through_places_without_equilibrium_ends_where_there_is_one(make_cell, monkeypatch, clock, tmp_path):
+    path = tmp_path / "balloon.yaml"
+    path.write_text(
+        "format: stretch-scene/1\nobject: {type: balloon, diameter: 60 mm, base: 30 mm, pressure: 2 kPa, fill: {type: seeds}}\n"
+        "fidelity: hertz\neffects: {compliance: on, granular_hysteresis: on}\n"
+    )
+    cell = make_cell(scene=path)
+    twin = cell._context.twin
+    contact = twin.world.contact
+
+    def none_half_way(pose, stretch, time):
+        if 0.0 < time < clock.time:
+            raise NoEquilibrium("none here")
+        return contact(pose, stretch, time)
+
+    monkeypatch.setattr(twin.world, "contact", none_half_way)
+    cell.devices["arm"].follow([over(6)], speed=0.02, owner="a")
+    clock.time += 5.0
+    assert twin.contact(clock.time).force[2] > 0
 
 
 WAYS = {"down and up": [[over(6), over(2)]], "a lap": [[over(0)], dive(6), [over(2)]]}

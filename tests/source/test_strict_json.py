@@ -7,7 +7,7 @@ from stretch_bt.source.strict_json import read_json
 
 
 @pytest.mark.parametrize(
-    "text", ["[" * 200_000, '{"a":' * 100_000, "{", b"\xff", "", '{"a": NaN}', "[-Infinity]", "-1e999"]
+    "text", ["[" * 200_000, '{"a":' * 100_000, "{", b"\xff", "", '{"a": NaN}', "[-Infinity]", "-1e999", "1" + "0" * 400]
 )
 def test_what_is_no_json_is_refused(text) -> None:
     with pytest.raises(InvalidInput, match="it is"):

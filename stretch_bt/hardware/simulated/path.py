@@ -53,7 +53,7 @@ class PosePath:
 
     @property
     def corners(self) -> list[float]:
-        """Distances, m, at which it turns sharply, by more than half a right angle, or the hand turns otherwise than before."""
+        """Distances, m, at which it turns sharply, by more than half a right angle, or the direction of its rotation changes so."""
         found, before = [], None
         for i, (one, other) in enumerate(pairwise(self.poses)):
             if self.distances[i + 1] > self.distances[i]:

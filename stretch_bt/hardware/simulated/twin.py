@@ -110,6 +110,7 @@ class Twin:
         if self.world.memory is not None:
             with suppress(NoEquilibrium):  # the next look raises it
                 self.contact(self.now())
+            with suppress(NoEquilibrium):
                 self.world.advance(self.hand.at(self.now()).true, self.stretch(self.now()), self.now())
 
     def stretch(self, time: float) -> float:
@@ -127,7 +128,8 @@ class Twin:
         memory = self.world.memory
         if memory is not None:
             for knot in self._knots(self.world.latest, time, memory):
-                self.world.advance(self.hand.at(knot).true, self.stretch(knot), knot)
+                with suppress(NoEquilibrium):  # on the way, which leaves the memory as it was
+                    self.world.advance(self.hand.at(knot).true, self.stretch(knot), knot)
         return self.world.contact(self.hand.at(time).true, self.stretch(time), time)
 
     def wrench(self, device: str, time: float) -> Wrench:

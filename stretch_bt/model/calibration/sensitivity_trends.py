@@ -77,7 +77,7 @@ def depth_from(presses: Sequence[Sensed], least_depth: float) -> float:
 
 
 def mean_error(presses: Sequence[Sensed], method: str, least_depth: float = 0.0) -> Estimate:
-    """Return the mean absolute error of diameters along i and j, m, with its standard error, for which one press alone has its own error.
+    """Return the mean absolute error of diameters along i and j, m, with its standard error; of one press, its own error.
 
     It is over presses from `depth_from` on; refused presses do not count.
 

@@ -164,10 +164,21 @@ class ForceModel(ABC):
         """Return the model with these parameters."""
 
     def save(self, path: str | Path) -> None:
-        """Write the parameters, their standard deviations, the range and the provenance to a JSON file."""
+        """Write the parameters, their standard deviations, the range and the provenance to a JSON file.
+
+        Raises
+        ------
+        InvalidInput
+            The path is none, or a number of the provenance is not finite.
+        """
         check_path(path)
-        content = {"format": FORMAT, "kind": self.kind, **self.to_json()}
-        Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        try:
+            text = json.dumps({"format": FORMAT, "kind": self.kind, **self.to_json()}, indent=2, allow_nan=False)
+        except ValueError:
+            raise InvalidInput(
+                "the provenance has a number that is not finite; leave it out, or write it as text"
+            ) from None
+        Path(path).write_text(text + "\n", encoding="utf-8")
 
     @staticmethod
     def load(path: str | Path) -> ForceModel:

@@ -12,6 +12,7 @@ from stretch_bt.units import is_number
 __all__ = ["escape", "number", "seconds", "section", "table", "with_sd"]
 
 _MOST_DECIMALS = 12  # past these a number is shown by its power of ten
+_MOST_DIGITS = 15  # that a float has
 
 
 def escape(content: object) -> str:
@@ -32,7 +33,7 @@ def with_sd(value: Any, sd: Any) -> str:
         return number(value)
     decimals = 1 - math.floor(math.log10(sd))
     if abs(decimals) > _MOST_DECIMALS:
-        digits = max(decimals + math.floor(math.log10(abs(value))), 0) if value else 1
+        digits = min(max(decimals + math.floor(math.log10(abs(value))), 0), _MOST_DIGITS) if value else 1
         return f"{value:.{digits}e} ± {sd:.1e}".replace("-", "−")
     shown = (f"{round(v, decimals):.{max(decimals, 0)}f}" for v in (value, sd))
     return " ± ".join(shown).replace("-", "−")

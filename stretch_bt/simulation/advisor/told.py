@@ -80,7 +80,7 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
         names = " and ".join(unknown)
         remedy = "; write 'fidelity: auto' or 'fidelity: sheet' in the scene"
         if scene.object.body() is None:  # no sheet meets it
-            remedy = f", which no other fidelity has an answer to; leave {names} out of --tolerance"
+            remedy = f", and no other fidelity has an answer; leave {names} out of --tolerance"
         return (
             f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
             f"{scene.object.type}{remedy}"

@@ -184,7 +184,7 @@ class RobotEffect(Effect):
     """Changes where the hand is, when it is read, or the force that is read; each hook does nothing unless it is its own."""
 
     group = "robot"
-    #: kind of device whose force it makes noisy
+    #: kind of device whose force it makes noisy, the only one for which `force_sd` is more than 0
     noisy: ClassVar[str | None] = None
 
     def height_error(self, random: np.random.Generator) -> float:

@@ -1,4 +1,5 @@
 import json
+import math
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -57,6 +58,12 @@ def test_a_file_without_what_was_measured_is_read(tmp_path):
     assert ForceModel.load(path) == MODEL
     assert MODEL.in_range(0.02, 0.08, 0.02)
     assert not MODEL.in_range(0.07, 0.08, 0.02)
+
+
+def test_what_a_file_cannot_hold_is_refused_before_it_is_written(tmp_path):
+    with pytest.raises(InvalidInput, match="the provenance has a number that is not finite"):
+        replace(MODEL, provenance={"max_force": math.inf}).save(tmp_path / "hand.json")
+    assert not (tmp_path / "hand.json").exists()
 
 
 def test_a_file_holds_it(tmp_path):

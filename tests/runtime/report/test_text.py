@@ -62,6 +62,7 @@ def test_what_has_no_error_stands_alone(value: object, sd: object, text: str) ->
         (123456, 15.2, "123456 ± 15"),
         (1.23456e-19, 1.5e-21, "1.235e−19 ± 1.5e−21"),
         (0.0, 1.5e-21, "0.0e+00 ± 1.5e−21"),
+        (1.0, 1e-300, "1.000000000000000e+00 ± 1.0e−300"),
     ],
 )
 def test_a_value_has_the_decimals_of_its_sd_however_large_or_small(value: float, sd: float, text: str) -> None:

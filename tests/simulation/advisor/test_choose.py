@@ -176,7 +176,7 @@ def test_what_nothing_reaches_is_refused_with_the_best(more, tolerance, says):
 
 def test_an_object_that_no_sheet_meets_is_not_sent_to_the_sheet():
     plane = parse_scene(f"{HEAD}object: {{type: plane, height: 20 mm, rigid: true}}\nfidelity: hertz\n")
-    with pytest.raises(InvalidInput, match="no other fidelity has an answer to; leave height out of --tolerance"):
+    with pytest.raises(InvalidInput, match="no other fidelity has an answer; leave height out of --tolerance"):
         demand(plane, read_asked({"height": "1 mm"}))
     assert choose(demand(plane, read_asked({"force": "13 %"}))).reached
 

@@ -136,7 +136,7 @@ def test_an_edge_cracks_by_the_press_since_the_lump_rolled_and_not_by_those_befo
 
 @pytest.mark.parametrize("drop", [0.0, 5e-3])
 def test_a_drag_shorter_than_a_step_of_rolling_changes_its_place_alone(drop):
-    """It took a pressed disc for a lump that had rolled, so that its cracks and its flat top were gone."""
+    """Its cracks and its flat top stay until it has rolled a step."""
     thing = specimen(*USUAL, "edge_cracks", yield_stress="1 kPa")
     before = thing.after(thing.start(1), pushed(drop=drop))
     dragged = thing.after(before, pushed(1e-4, 0.0))

@@ -206,7 +206,7 @@ class SpeedJ(Move):
         self._now: Array | None = None
 
     def step(self, arm: ArmModel, dt: float) -> bool:
-        """Go on, at first from the speed that the joints have."""
+        """Go on, at first from the speed that the joints have; a stand by the controller leaves the speed that is commanded."""
         now = arm.qd if self._now is None else self._now
         self._now = now + np.clip(self.target - now, -self.acceleration * dt, self.acceleration * dt)
         arm.q = arm.q + self._now * dt
