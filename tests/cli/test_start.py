@@ -119,15 +119,18 @@ def test_a_run_whose_output_is_lost_ends_with_the_code_of_its_task(own, case, en
     assert b"Traceback" not in ended.stderr
 
 
-CLOSES = ["os.close(1)", "sys.stdout.close(); sys.stderr.close(); sys.__stdout__.close()", "sys.stdout = None"]
+CLOSES = ["sys.stdout.close(); sys.stderr.close(); sys.__stdout__.close()", "os.close(1)", "sys.stdout = None"]
 PRINTS = "os.write(1, b'!'); os.system('echo !'); print('!'); print('!', file=sys.__stdout__, flush=True)"
 
 
-@pytest.mark.parametrize("does", [*CLOSES[:2], pytest.param(CLOSES[2], marks=pytest.mark.slow), PRINTS])
+@pytest.mark.parametrize(
+    "does",
+    ["; ".join([PRINTS, *CLOSES]), *(pytest.param(one, marks=pytest.mark.slow) for one in (PRINTS, *CLOSES))],
+)
 def test_nothing_that_a_node_does_to_standard_output_is_in_the_document(own, does):
     ended = in_shell("run tree.yaml --json", IN_TICK=does)
     assert (ended.returncode, json.loads(ended.stdout)["status"]) == (0, "SUCCESS")
-    assert ended.stderr.count(b"!") == (4 if does == PRINTS else 0)
+    assert ended.stderr.count(b"!") == (4 if PRINTS in does else 0)
 
 
 def test_what_a_module_prints_as_it_is_imported_is_not_in_the_document(own):
@@ -136,7 +139,7 @@ def test_what_a_module_prints_as_it_is_imported_is_not_in_the_document(own):
     assert b"!" in ended.stderr
 
 
-@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize("command", [pytest.param("run", marks=pytest.mark.slow), "check"])
 def test_a_module_that_raises_what_a_signal_raises_is_told(own, command):
     ended = in_shell(f"{command} tree.yaml --json", AT_IMPORT="raise KeyboardInterrupt")
     assert ended.returncode == 130
