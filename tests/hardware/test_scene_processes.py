@@ -190,9 +190,9 @@ class Pressed:
         return [message for message in self.wire.drain() if isinstance(message, Felt)][-1].forces["Arm"][2]
 
 
-def test_a_new_object_is_as_the_first_one_was():
+def test_a_new_object_is_as_the_first_one_was(at_hertz, tmp_path):
     with ExitStack() as stack:
-        pressed = Pressed("dough_cube", stack)
+        pressed = Pressed(str(at_hertz("dough_cube", tmp_path)), stack)
         first = pressed.felt(ABOVE, PRESSING)
         assert first > 0.1
         with pytest.raises(InvalidInput, match="the hand touches the object; raise it first"):
