@@ -21,7 +21,7 @@ trees:
 @pytest.fixture
 def opened(at_hertz, hand_at, tmp_path):
     """An open cell whose hand is near a simulated sphere."""
-    with stretch_bt.open_cell(hand_at(75), scene=at_hertz("calibration_sphere", tmp_path)) as cell:
+    with stretch_bt.open_cell(hand_at(66), scene=at_hertz("calibration_sphere", tmp_path)) as cell:
         yield cell
 
 
@@ -54,7 +54,7 @@ PRESS = "trees: {main: {sequence: [approach: {}, press: {depth: 6 mm}]}}"
 LIMITED = """\
 format: stretch-cell/1
 devices:
-  arm: {type: Arm, use: simulated, height: 75 mm}
+  arm: {type: Arm, use: simulated, height: 66 mm}
   gripper: {type: Gripper, use: simulated}
   camera: {type: DepthCamera, use: simulated}
 limits: {depth: 5 mm}

@@ -24,7 +24,7 @@ SHORT = {
     "palpate_stiffness": QUICK,
     "characterize": {"trials": "1", "diameters": "[20 mm, 30 mm]", "stretches": "[0 mm, 20 mm]", "depths": "[3 mm]"},
     "contact_sensitivity": {"diameters": "[20 mm, 30 mm]", "stretches": "[0 mm]", "depths": "[9 mm]"},
-    "watch_contact": {"duration": "2 s"},
+    "watch_contact": {"duration": "1 s"},
 }
 #: run by default; the others take longer
 QUICKEST = ("watch_contact",)
