@@ -38,6 +38,7 @@ __all__ = [
     "Torque",
     "Volume",
     "Within",
+    "digits_apart",
     "format_apart",
     "format_quantity",
     "is_number",
@@ -159,7 +160,8 @@ class Within:
         """Return the value; raises InvalidInput when it is out of bounds."""
         if self.min <= value <= self.max:
             return value
-        given, least, most = _distinct(self._shown, value, self.min, self.max)
+        digits = digits_apart(self._shown, value, self.min, self.max)
+        given, least, most = (self._shown(v, digits) for v in (value, self.min, self.max))
         bounds = ((self.min, f"at least {least}"), (self.max, f"at most {most}"))
         allowed = " and ".join(text for bound, text in bounds if math.isfinite(bound))
         raise InvalidInput(f"{given} is out of bounds; write {allowed}")
@@ -449,12 +451,10 @@ def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4
 
 def format_apart(kind: Kind, value: float, *bounds: float) -> list[str]:
     """Return a value and the bounds that it is past as text, SI in, with as many digits as tell it from each of them."""
-    return _distinct(lambda number, digits: format_quantity(number, kind, digits), value, *bounds)
+    digits = digits_apart(lambda number, digits: format_quantity(number, kind, digits), value, *bounds)
+    return [format_quantity(number, kind, digits) for number in (value, *bounds)]
 
 
-def _distinct(show: Callable[[float, int], str], value: float, *others: float) -> list[str]:
-    for digits in (*range(4, 18), 4):  # of equal ones the fewest
-        texts = [show(number, digits) for number in (value, *others)]
-        if texts[0] not in texts[1:]:
-            break
-    return texts
+def digits_apart(show: Callable[[float, int], str], value: float, *others: float) -> int:
+    """Return the fewest digits, from 4 on, with which `show` tells a value from others; 4 where it is one of them."""
+    return next((d for d in range(4, 18) if show(value, d) not in [show(other, d) for other in others]), 4)

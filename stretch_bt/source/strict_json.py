@@ -22,7 +22,7 @@ def read_json(text: str | bytes) -> Any:
 
 
 def no_number(name: str) -> float:
-    """Refuse NaN and infinity, which Python's JSON takes: a `parse_constant` of rows, none of which has one."""
+    """Refuse NaN and infinity, which Python's JSON takes, as its `parse_constant`."""
     raise ValueError(f"{name} is no number")
 
 

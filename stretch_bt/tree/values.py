@@ -13,6 +13,7 @@ from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, 
 from stretch_bt.units import (
     KINDS,
     NUMBER,
+    digits_apart,
     format_quantity,
     parse_quantity,
     parse_unit,
@@ -267,7 +268,7 @@ def _nearest(value: float, low: float | None, high: float | None) -> float:
 
 def _digits(value: float, nearest: float, type_: Type) -> int:
     """Return how many digits distinguish a number from its bound."""
-    return next((d for d in range(4, 16) if _show(value, type_, d) != _show(nearest, type_, d)), 16)
+    return digits_apart(lambda number, digits: _show(number, type_, digits), value, nearest)
 
 
 def _show(number: float, type_: Type, digits: int) -> str:

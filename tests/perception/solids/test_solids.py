@@ -51,15 +51,23 @@ SHAPES = {
 ALIKE = ("turned block", "ridge", "ridge turned the other way")
 
 
-@cache
 def felt_of(name, presses=2):
+    return _felt(name, presses)
+
+
+def found_of(name, presses=2):
+    return _found(name, presses)
+
+
+@cache  # which would keep a default apart from the same number that is given
+def _felt(name, presses):
     height, top, *_ = SHAPES[name]
     return m.felt(height, top, places=m.PLACES[-presses:])
 
 
 @cache
-def found_of(name, presses=2):
-    return fit_object(*felt_of(name, presses), fillet_sd=0.2 * MM)  # whose edges are known
+def _found(name, presses):
+    return fit_object(*_felt(name, presses), fillet_sd=0.2 * MM)  # whose edges are known
 
 
 @pytest.mark.parametrize("presses", [2, pytest.param(3, marks=pytest.mark.slow)])
