@@ -12,7 +12,7 @@ from stretch_bt.accuracy.advice import Found
 from stretch_bt.accuracy.job import CPU_MS, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind
 
-__all__ = ["DOMAIN"]
+__all__ = ["DOMAIN", "by_case"]
 
 ABOUT = """\
 Presses of the finite-strain sheet, seen by a camera 200 mm above it at 0.42 mm a pixel: 213 x 333 pixels, counts of 0.125 mm, 1 % of
@@ -58,7 +58,7 @@ def take(found: Found) -> str:
 
 def warm() -> None:
     """Take each step with each setting on one frame, but for other programs, whose medians leave a first call out."""
-    for found in _by_case(1):
+    for found in by_case(1):
         for job in (job for job in found[0] if job.setting.series not in PEERS):
             job.run()
 
@@ -67,12 +67,12 @@ def jobs(quick: bool) -> Iterator[Job]:
     """Yield every step with every setting, the first case of each step first; with `quick` on fewer frames."""
     from stretch_bt.accuracy.perception.measure import FULL, QUICK
 
-    for cases in zip_longest(*_by_case(QUICK if quick else FULL), fillvalue=()):
+    for cases in zip_longest(*by_case(QUICK if quick else FULL), fillvalue=()):
         for case in cases:
             yield from case
 
 
-def _by_case(frames: int) -> list[list[list[Job]]]:
+def by_case(frames: int) -> list[list[list[Job]]]:
     """Return the jobs of each step, grouped by case."""
     from stretch_bt.accuracy.perception import steps
 

@@ -3,20 +3,15 @@
 import numpy as np
 import pytest
 
-from stretch_bt.accuracy import measure
+from stretch_bt.accuracy.domain_force import DOMAIN
 from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, STRETCHES, TrueHand, forces_of, measured_at
 from stretch_bt.accuracy.force.ladder import HERTZ, PAPER, SOLVED, TABLE
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 
-@pytest.fixture(scope="module")
-def found():
-    return list(measure(["force"], quick=True))
-
-
-def test_each_model_is_better_than_the_one_before(found):
+def test_each_model_is_better_than_the_one_before(measured):
     errors = {}
-    for row in found:
+    for row in measured("force", DOMAIN, [*DOMAIN.jobs(True)]):
         assert (row.error_kind, row.status, row.default) == ("force", "ok", row.setting == TABLE)
         assert 0 < row.reference_error < 0.01
         errors.setdefault(row.setting, []).append(row.error)

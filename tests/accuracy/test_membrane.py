@@ -2,12 +2,11 @@
 
 import math
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from stretch_bt.accuracy import measure, peers
+from stretch_bt.accuracy import peers
 from stretch_bt.accuracy.domain_membrane import DOMAIN
 from stretch_bt.accuracy.membrane import cases as table
 from stretch_bt.accuracy.membrane import known, presses
@@ -45,16 +44,10 @@ BOUNDS = {
 
 
 @pytest.fixture(scope="module")
-def rows():
+def rows(measured):
     """The three presses that little time is given to, by every solver, and what is known from elsewhere."""
     jobs = [*presses.jobs(quick=True), *known.jobs()]
-    kept = SimpleNamespace(
-        kinds=DOMAIN.kinds, warm=DOMAIN.warm, jobs=lambda quick: [j for j in jobs if j.seconds < 100]
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stretch_bt.accuracy.measuring.domains", lambda names: {"membrane": kept})
-        patch.setattr("stretch_bt.accuracy.measuring.TIMES", 1)
-        return list(measure(["membrane"]))
+    return measured("membrane", DOMAIN, [job for job in jobs if job.seconds < 100])
 
 
 @pytest.mark.slow
