@@ -9,7 +9,7 @@ import numpy as np
 from stretch_bt.errors import InvalidInput
 from stretch_bt.units import is_number
 
-__all__ = ["MOST_SD", "require_covariance", "require_within"]
+__all__ = ["MOST_SD", "require_correlation", "require_covariance", "require_within"]
 
 #: most that a model may leave of a force, as a part of it
 MOST_SD = 3.0
@@ -37,3 +37,13 @@ def require_covariance(name: str, rows: Sequence[Sequence[float]], size: int) ->
         raise InvalidInput(f"{name}: it is not symmetric, or correlates what has no deviation")
     if np.linalg.eigvalsh((shares + shares.T) / 2).min() < -_ROUNDING:
         raise InvalidInput(f"{name}: some sum of the parameters has a variance below 0; it is no covariance")
+
+
+def require_correlation(name: str, rows: Sequence[Sequence[float]], size: int) -> None:
+    """Raise InvalidInput, with the name of the field, unless rows are a correlation (size, size): a covariance of variances 1."""
+    require_covariance(name, rows, size)
+    variances = np.diag(np.array(rows, float))
+    if np.abs(variances - 1.0).max() > _ROUNDING:
+        raise InvalidInput(
+            f"{name}: each parameter is correlated by 1 with itself, not by {variances[np.abs(variances - 1.0).argmax()]:g}"
+        )

@@ -11,14 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
-from stretch_bt.model.checks import MOST_SD, require_within
+from stretch_bt.model.checks import MOST_SD, require_correlation, require_within
 from stretch_bt.model.force.force_model import MOST, ForceModel, Range, require_force
 from stretch_bt.units import KINDS, format_quantity, is_number
 
-__all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState"]
+__all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState", "to_logarithm"]
+
+Array = npt.NDArray[np.float64]
 
 SHALLOW = 5e-3  # m; at lesser depths a membrane does not follow the formula of Hertz
 MOST_SHALLOW = 100.0  # of `shallow_sd`
+MOST_LOG_SCALE_SD = 5.0  # of `log_scale_sd`
 
 _STIFF = 4 / 3 / (1 - 0.5**2)  # of a sphere on an incompressible half-space, as `hertz_force` has it
 _LENGTH = KINDS["Length"]
@@ -45,20 +48,15 @@ class StretchState:
         if self.decay <= 0 or min(self.floor_sd, self.amplitude_sd, self.decay_sd) < 0:
             raise InvalidInput(f"a stretch state needs a decay above 0 and no negative sd, got {self}")
 
-    def modulus(self, diameter: float) -> tuple[float, float]:
-        """Return E*, Pa, for a diameter, m, and its variance."""
-        falling = math.exp(-diameter / self.decay)
-        slope = self.amplitude * falling * diameter / self.decay**2
-        variance = self.floor_sd**2 + (falling * self.amplitude_sd) ** 2 + (slope * self.decay_sd) ** 2
-        return self.floor + self.amplitude * falling, variance
-
 
 @dataclass(frozen=True)
 class CalibratedHertz(ForceModel):
     """The paper's model: E* a negative exponential in diameter at each stretch, a logarithm across stretches.
 
     E*(x) = p + q ln(1 + x / log_scale) is fitted by least squares to the states' E* at the sphere's diameter; the
-    force follows from the Hertz sphere. `relative_sd` is the residual of the law itself, as a part of the force; at depths below
+    force follows from the Hertz sphere. `log_scale_sd` is the standard deviation of the scale's logarithm, and `correlation`
+    (3 n, 3 n) holds the floors of the n states, then their amplitudes, then their decays; without it they are independent.
+    `relative_sd` is the residual of the law itself, as a part of the force; at depths below
     5 mm the error `shallow_sd` (1 - depth / 5 mm)^2 is added to it in squares: a membrane that is pressed slightly follows another
     power of depth than the formula of Hertz.
     """
@@ -70,6 +68,8 @@ class CalibratedHertz(ForceModel):
     range: Range
     provenance: dict[str, Any] = field(default_factory=dict)
     shallow_sd: float = 0.0
+    log_scale_sd: float = 0.0
+    correlation: tuple[tuple[float, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         if len({state.stretch for state in self.states}) < 2:
@@ -77,27 +77,41 @@ class CalibratedHertz(ForceModel):
         require_within("log_scale", self.log_scale, _LEAST_SCALE, _MOST_SCALE)
         require_within("relative_sd", self.relative_sd, 0.0, MOST_SD)
         require_within("shallow_sd", self.shallow_sd, 0.0, MOST_SHALLOW)
+        require_within("log_scale_sd", self.log_scale_sd, 0.0, MOST_LOG_SCALE_SD)
+        if self.correlation is not None:
+            require_correlation("correlation", self.correlation, 3 * len(self.states))
 
     @cached_property
-    def _fit(self) -> npt.NDArray[np.float64]:
-        """(2, states) float: the linear map from the states' moduli to p and q."""
-        levels = np.array([math.log1p(state.stretch / self.log_scale) for state in self.states])
-        return np.linalg.pinv(np.column_stack([np.ones_like(levels), levels]))
+    def _fits(self) -> list[tuple[float, Array]]:
+        """The scale, and one standard deviation below and above it, each with the map (2, states) from the states' moduli to p and q."""
+        scales = [self.log_scale * math.exp(k * self.log_scale_sd) for k in (0, -1, 1)[: 3 if self.log_scale_sd else 1]]
+        return [(scale, to_logarithm(self._columns[0], scale)) for scale in scales]
 
     @cached_property
-    def _columns(self) -> npt.NDArray[np.float64]:
-        """(6, states) float: floor, amplitude and decay, and their variances."""
-        names = ("floor", "amplitude", "decay")
-        sds = [[getattr(state, f"{name}_sd") ** 2 for state in self.states] for name in names]
-        return np.array([[getattr(state, name) for state in self.states] for name in names] + sds)
+    def _columns(self) -> Array:
+        """(7, states) float: stretch, then floor, amplitude and decay, then their standard deviations."""
+        names = ("stretch", "floor", "amplitude", "decay", "floor_sd", "amplitude_sd", "decay_sd")
+        return np.array([[getattr(state, name) for state in self.states] for name in names])
 
-    def _logarithm(self, diameter: float) -> tuple[float, float, npt.NDArray[np.float64]]:
-        """Return p and q at a diameter, m, and the variance of each state's modulus, as `StretchState.modulus` has them."""
-        floor, amplitude, decay, floor_var, amplitude_var, decay_var = self._columns
+    @cached_property
+    def _root(self) -> Array | None:
+        """(3 n, 3 n) float: what makes the parameters' deviations, in their order, of independent ones."""
+        if self.correlation is None:
+            return None
+        values, vectors = np.linalg.eigh(np.array(self.correlation))
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    def _moduli(self, diameter: float) -> tuple[Array, Array]:
+        """Return the states' moduli (n,) at a diameter, m, and by how much the parameters' deviations change them (3, n), Pa."""
+        _, floor, amplitude, decay, *sds = self._columns
         falling = np.exp(-diameter / decay)
         slope = amplitude * falling * diameter / decay**2
-        p, q = (self._fit @ (floor + amplitude * falling)).tolist()
-        return p, q, floor_var + falling**2 * amplitude_var + slope**2 * decay_var
+        return floor + amplitude * falling, np.array([sds[0], falling * sds[1], slope * sds[2]])
+
+    def _logarithm(self, diameter: float) -> tuple[float, float]:
+        """Return p and q at a diameter, m."""
+        p, q = (self._fits[0][1] @ self._moduli(diameter)[0]).tolist()
+        return p, q
 
     def modulus(self, radius: float, stretch: float) -> tuple[float, float]:
         """Return the effective modulus, Pa, that a sphere of this radius meets, and its standard deviation."""
@@ -112,10 +126,14 @@ class CalibratedHertz(ForceModel):
     def fitted_modulus(self, radius: float, stretch: float) -> tuple[float, float]:
         """Return what the fit says of the modulus, Pa, also where that is none, and its standard deviation."""
         self.range.check(radius=radius, stretch=stretch)
-        p, q, variances = self._logarithm(2 * radius)
-        level = math.log1p(stretch / self.log_scale)
-        weights = self._fit[0] + level * self._fit[1]
-        return p + q * level, math.sqrt(float(weights**2 @ variances))
+        moduli, changes = self._moduli(2 * radius)
+        rows = [fit[0] + math.log1p(stretch / scale) * fit[1] for scale, fit in self._fits]
+        found, *others = (float(row @ moduli) for row in rows)
+        by_parameters = (rows[0] * changes).ravel()
+        if self._root is not None:
+            by_parameters = by_parameters @ self._root
+        by_scale = (others[1] - others[0]) / 2 if others else 0.0
+        return found, math.hypot(by_scale, math.sqrt(float(by_parameters @ by_parameters)))
 
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
         """Return the force, N, and its standard deviation."""
@@ -144,7 +162,7 @@ class CalibratedHertz(ForceModel):
         self.range.check(radius=radius, depth=depth)
         if depth == 0:
             raise NoEquilibrium("no stretch gives a force at depth 0")
-        p, q, _ = self._logarithm(2 * radius)
+        p, q = self._logarithm(2 * radius)
         wanted = force / (_STIFF * math.sqrt(depth**3 * radius))
         least, most = self.range.stretch
         ends = sorted(p + q * math.log1p(x / self.log_scale) for x in (least, most))
@@ -163,14 +181,33 @@ class CalibratedHertz(ForceModel):
             "units": "SI: m, Pa; relative_sd and shallow_sd are parts of the force",
             "range": self.range.to_json(),
             "log_scale": self.log_scale,
+            "log_scale_sd": self.log_scale_sd,
             "relative_sd": self.relative_sd,
             "shallow_sd": self.shallow_sd,
             "states": [asdict(state) for state in self.states],
+            **({} if self.correlation is None else {"correlation": self.correlation}),
         }
 
     @classmethod
     def from_json(cls, fields: dict[str, Any]) -> CalibratedHertz:
         """Return the model with these parameters."""
         states = tuple(StretchState(**state) for state in fields["states"])
-        limits, shallow = Range.from_json(fields["range"]), fields.get("shallow_sd", 0.0)
-        return cls(states, fields["log_scale"], fields["relative_sd"], limits, fields["provenance"], shallow)
+        further = {name: fields[name] for name in ("shallow_sd", "log_scale_sd") if name in fields}
+        rows = fields.get("correlation")
+        correlation = None if rows is None else tuple(map(tuple, rows))
+        limits = Range.from_json(fields["range"])
+        return cls(
+            states,
+            fields["log_scale"],
+            fields["relative_sd"],
+            limits,
+            fields["provenance"],
+            correlation=correlation,
+            **further,
+        )
+
+
+def to_logarithm(stretches: Array, scale: float) -> Array:
+    """Return (2, n), the map from moduli at stretches (n,), m, to p and q of the logarithm with this scale, m, by least squares."""
+    levels = np.log1p(stretches / scale)
+    return np.asarray(np.linalg.pinv(np.column_stack([np.ones_like(levels), levels])))

@@ -36,6 +36,13 @@ HERTZ_FILES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a deviation below 0": ({"relative_sd": -1}, "relative_sd: .* not -1"),
     "a deviation that is text": ({"shallow_sd": "much"}, "shallow_sd: .* not 'much'"),
+    "a scale that may be any": ({"log_scale_sd": 1e3}, "log_scale_sd: .* from 0 to 5, not 1000"),
+    "one correlation": ({"correlation": [[1.0]]}, "correlation: it has 24 rows of 24"),
+    "a correlation that is text": ({"correlation": "much"}, "correlation: it has 24 rows of 24"),
+    "a parameter that is not itself": (
+        {"correlation": [[0.5 * (i == j) for j in range(24)] for i in range(24)]},
+        "correlation: each parameter is correlated by 1 with itself, not by 0.5",
+    ),
 }
 
 
