@@ -32,7 +32,8 @@ class RobotiqDriver(GripperDriver, ABC):
     options: RobotiqOptions
     _attendant: WireThread[ScreenedWire, Status] | None = None
     _task: Task | None = None
-    _held_at_loss = False
+    #: whether the fingers may be on their way, and no hold of them was confirmed since
+    _owed = False
     #: whether it moved the fingers since it was opened; who never did holds nothing that somebody else moves
     _moved = False
     _known: Status | None = None
@@ -46,7 +47,7 @@ class RobotiqDriver(GripperDriver, ABC):
     def open(self) -> None:
         """Connect and read the status; an inactive gripper can be read, but not moved."""
         self._task = self._known = self._event = None
-        self._held_at_loss = self._moved = False
+        self._owed = self._moved = False
         attendant = WireThread(
             self.name,
             ScreenedWire(self._wire(), self.cell.now),
@@ -88,7 +89,6 @@ class RobotiqDriver(GripperDriver, ABC):
         """
         if self._attendant is None:
             return
-        task = self._task
 
         def hold(wire: ScreenedWire) -> None:
             activating, self._task = (
@@ -96,13 +96,15 @@ class RobotiqDriver(GripperDriver, ABC):
                 None,
             )  # here, so that a motion that was about to begin does not come after it
             _hold(wire, activating)
+            self._owed = False
 
         try:
             self._attendant.do(hold)
         except DeviceLost as lost:
             self._attendant.wait_for_end()
             self._task = None
-            if task is not None and not task.over and not self._held_at_loss:
+            if self._owed:
+                self._owed = False  # it is reported now
                 reason = f"the stop cannot be sent ({lost.reason}); the fingers may go on to where they were sent"
                 raise DeviceLost(self.name, reason) from lost
 
@@ -195,11 +197,11 @@ class RobotiqDriver(GripperDriver, ABC):
             if time.monotonic() > due:  # its caller has given up
                 raise DeviceLost(self.name, "the command came too late to be begun")
             # before it is sent: where the answer is lost, the fingers may go on all the same
-            self._task, self._watched = task, time.monotonic()
+            self._task, self._watched, self._owed = task, time.monotonic(), True
             try:
                 task.begin(wire)
             except DeviceFault:  # it was not begun; a wire that breaks is no such fault
-                self._task = None
+                self._task, self._owed = None, False
                 raise
             return task
 
@@ -212,9 +214,10 @@ class RobotiqDriver(GripperDriver, ABC):
 
         def poll() -> MotionState:
             self._watched = time.monotonic()
-            attendant.latest()
             if task.fault is not None:
-                self._event = None  # it is reported here
+                self._event = None  # it is reported here, also where the wire broke after it
+            else:
+                attendant.latest()
             return task.poll()
 
         return poll
@@ -226,11 +229,14 @@ class RobotiqDriver(GripperDriver, ABC):
         self._known = status
         if task is not None and not task.over:
             task.after(wire, status, sample.time)
+            if task.over and task.fault is None:
+                self._owed = False  # they arrived, or were held where they are blocked
             unwatched = time.monotonic() - self._watched
             if not task.over and unwatched > self.cell.limits.unwatched:
                 activating = self._activating
                 self._event = task.fault = DeviceFault(self.name, UNWATCHED.format(unwatched))
                 _hold(wire, activating)
+                self._owed = False
 
     def _news(self, status: Status) -> DeviceFault | None:
         """Return what went wrong between the status before and this one."""
@@ -245,7 +251,7 @@ class RobotiqDriver(GripperDriver, ABC):
         """Keep the fingers from going on to where they were sent before a loss."""
         if self._moved:
             _hold(wire, self._activating)
-            self._held_at_loss = True
+            self._owed = False
 
 
 def _hold(wire: ScreenedWire, activating: bool) -> None:
