@@ -10,7 +10,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.indenters import check_indenter
 from stretch_bt.units import is_number
 
-__all__ = ["check_asked", "check_speed"]
+__all__ = ["check_age", "check_asked", "check_speed"]
 
 
 def check_asked(device: str, arguments: Mapping[str, Any]) -> None:
@@ -32,3 +32,9 @@ def check_speed(device: str, speed: float) -> None:
     """Raise InvalidInput unless a speed, m/s, is a finite number above 0."""
     if not (is_number(speed) and speed > 0):
         raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {shown(speed)}")
+
+
+def check_age(device: str, max_age: float) -> None:
+    """Raise InvalidInput unless the age that a reading may have, s, is a finite number above 0."""
+    if not (is_number(max_age) and max_age > 0):
+        raise InvalidInput(f"{device}: max_age must be finite and above 0 s, not {shown(max_age)}")

@@ -19,7 +19,7 @@ from stretch_bt.runtime.foreign_nodes import set_up
 from stretch_bt.runtime.outcome import Outcome, reason_of, status_of
 from stretch_bt.runtime.safe_end import SafeEnd, Stoppable, explained
 from stretch_bt.runtime.tick_grid import TickGrid
-from stretch_bt.runtime.ticker import Ticker
+from stretch_bt.runtime.ticker import Planned, Ticker
 from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import BuiltTree
 
@@ -47,7 +47,7 @@ class Runner:
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
         longest: float = math.inf,
-        interrupts: Mapping[int, Sequence[str]] | None = None,
+        interrupts: Mapping[int, Sequence[Planned]] | None = None,
         cuts: Mapping[int, str] | None = None,
         grid: TickGrid | None = None,
     ) -> None:

@@ -105,8 +105,7 @@ class SafeEnd:
 
     def _tick_finally(self, finish: Node) -> None:
         name, ticker = finish.path.rpartition("/")[0], self._ticker
-        ticker.limit = len(ticker.interrupts)
-        if ticker.limit > 1:
+        if ticker.begin_finally() > 1:
             return self._unfinished(f"{name} was not run: stopped twice")
         until = ticker.context.now + FINALLY_LIMIT
         try:

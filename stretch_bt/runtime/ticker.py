@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from py_trees.common import Status
 
@@ -23,7 +23,14 @@ from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import BuiltTree, Node
 
-__all__ = ["Ticker"]
+__all__ = ["Planned", "Ticker"]
+
+
+class Planned(NamedTuple):
+    """What interrupted the run of a record at once, and whether it came while nodes and devices were stopped."""
+
+    why: Sequence[str]
+    stopping: bool = False
 
 
 class Ticker:
@@ -40,7 +47,8 @@ class Ticker:
     watchers
         Who gets the reports.
     planned
-        Interrupts by the tick before which they come, in a replay.
+        Interrupts by the tick before which they come, in a replay: the groups that were noted, each with whether it came while
+        nodes and devices were stopped.
     cuts
         Ticks in which a node was cut off, each with its path, in a replay.
     """
@@ -53,7 +61,7 @@ class Ticker:
         grid: TickGrid,
         outcome: Outcome,
         watchers: list[Watcher],
-        planned: Mapping[int, Sequence[str]] | None = None,
+        planned: Mapping[int, Sequence[Planned]] | None = None,
         cuts: Mapping[int, str] | None = None,
     ) -> None:
         self.tree = tree
@@ -62,7 +70,8 @@ class Ticker:
         self.grid = grid
         self.outcome = outcome
         self.telling = Telling(watchers, tree.nodes)
-        self.planned = dict(planned or {})
+        self.planned = {tick: [*groups] for tick, groups in (planned or {}).items()}
+        self._noted = 0
         self.interrupts: list[str] = []
         #: the interrupts that were not planned
         self.heard: list[str] = []
@@ -101,14 +110,32 @@ class Ticker:
 
     def break_off(self, error: BrokenOff | CutOff) -> str:
         """Note what broke a tick off, and return the message about a node that was cut off in it."""
-        self.interrupts += self.planned.pop(self.grid.ticks + 1, ())
+        self._take_planned()
         cut = self._cuts.pop(self.context.ticks, "")
         if isinstance(error, CutOff):
             cut = error.path
             self.outcome.blame(error)
         how: dict[str, Any] = {"cut_off": cut} if cut else {"broken_off": True}
-        self.telling.note("interrupt", why=self.interrupts[self.limit :], **how)
+        self._note_interrupts(**how)
         return f"; {CutOff(cut)}" if cut else ""
+
+    def begin_finally(self) -> int:
+        """Return how many interrupts there were before a `finally` begins; those that came while nodes and devices were stopped are noted."""
+        self._take_planned(stopping=True)
+        if len(self.interrupts) > self._noted:
+            self._note_interrupts(stopping=True)
+        self.limit = len(self.interrupts)
+        return self.limit
+
+    def _take_planned(self, *, stopping: bool = False) -> None:
+        """Take up what interrupted the run of a record next, before the tick that would follow."""
+        groups = self.planned.get(self.grid.ticks + 1)
+        if groups and groups[0].stopping == stopping:
+            self.interrupts += groups.pop(0).why
+
+    def _note_interrupts(self, **how: Any) -> None:
+        why, self._noted = self.interrupts[self._noted :], len(self.interrupts)
+        self.telling.note("interrupt", why=why, **how)
 
     # --- ticks
 
@@ -124,10 +151,10 @@ class Ticker:
 
     def tick(self, root: Node) -> Status | None:
         """Wait for the next deadline and tick once; None when it is interrupted before it."""
-        self.interrupts += self.planned.pop(self.grid.ticks + 1, ())
+        self._take_planned()
         self._wait()
         if self.interrupted:
-            self.telling.note("interrupt", why=self.interrupts[self.limit :])
+            self._note_interrupts()
             return None
         context = self.context
         context.ticks = self.grid.take()

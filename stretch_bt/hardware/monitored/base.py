@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -22,6 +21,7 @@ from stretch_bt.errors import (
     StretchError,
     named,
 )
+from stretch_bt.hardware.asked import check_age
 from stretch_bt.hardware.checked_reading import check_reading
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
@@ -209,8 +209,7 @@ class Monitored(Generic[D]):
 
     def read(self, name: str, source: Callable[[], Reading[T]], max_age: float) -> Reading[T]:
         """Return a reading that is at most `max_age` s old."""
-        if not (math.isfinite(max_age) and max_age > 0):
-            raise InvalidInput(f"{self.name}: max_age must be finite and above 0 s, not {max_age}")
+        check_age(self.name, max_age)
         self.check_open()
         with self.faults():
             reading, age = self.fresh(name, source, max_age + _ROUNDING)

@@ -229,7 +229,7 @@ class RobotiqDriver(GripperDriver, ABC):
         self._known = status
         if task is not None and not task.over:
             task.after(wire, status, sample.time)
-            if task.over and task.fault is None:
+            if task.fault is None and task.state is not MotionState.MOVING:
                 self._owed = False  # they arrived, or were held where they are blocked
             unwatched = time.monotonic() - self._watched
             if not task.over and unwatched > self.cell.limits.unwatched:

@@ -22,6 +22,7 @@ __all__ = [
     "Kept",
     "claim",
     "damaged",
+    "not_empty",
     "readable",
     "refuse",
 ]
@@ -83,8 +84,13 @@ def _empty(folder: Path) -> Path:
         raise refuse(folder, "record-folder", "this is a file; a record is a folder", "name a new folder")
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):
-        raise refuse(folder, "record-not-empty", "the folder is not empty", "name a new folder, or empty this one")
+        raise not_empty(folder)
     return folder
+
+
+def not_empty(folder: Path) -> RecordError:
+    """Return the refusal of a folder that holds something."""
+    return refuse(folder, "record-not-empty", "the folder is not empty", "name a new folder, or empty this one")
 
 
 def _next_free(runs: Path) -> Path:

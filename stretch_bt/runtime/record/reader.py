@@ -142,6 +142,15 @@ class RecordReader:
                 found.setdefault(device, []).append(tick)
         return found
 
+    def intrinsics(self, device: str) -> Intrinsics | None:
+        """Return the intrinsics of a camera's first frame, None of one that gave none."""
+        for tick in sorted(self._handed):
+            for message in self._handed[tick]:
+                if message.schema == FRAME and message.device == device:
+                    found: Intrinsics = self._object(message).value.value.intrinsics
+                    return found
+        return None
+
     def motions(self, tick: int) -> list[tuple[str, str, MotionState]]:
         """Return the device, owner and state of each polled motion in a tick, in order."""
         return [(h.device, h.name, h.value) for h in self.handed(tick) if h.kind == "motion"]

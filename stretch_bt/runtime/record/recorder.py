@@ -14,7 +14,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.runtime.record.channels import FAULT, MOTION, TICK, UNANSWERED, WRITE, Channels, nanoseconds
 from stretch_bt.runtime.record.events import EventLog
-from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN, Kept, claim, refuse
+from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN, Kept, claim, not_empty, refuse
 from stretch_bt.runtime.record.images import Images
 from stretch_bt.runtime.record.messages import log_line, point_cloud
 from stretch_bt.runtime.record.places import Places
@@ -92,8 +92,11 @@ class RunRecord:
             return
         self._places = places or self._places
         try:
-            content = _write_json(self.folder / RUN, run_info)
+            content = _write_json(self.folder / RUN, run_info, new=True)
             self._streams = _Streams(self.folder, plain(header), content, readings=self._readings)
+        except FileExistsError:  # another program has begun a record here since
+            self._closed = True
+            raise not_empty(self.folder) from None
         except OSError as error:
             raise self._break(error) from error
 
@@ -230,10 +233,11 @@ class RunRecord:
         return refuse(self.folder, "record-write", f"cannot write the record: {error.strerror or error}")
 
 
-def _write_json(path: Path, content: Mapping[str, Any]) -> bytes:
-    """Write a file, and return what it holds."""
+def _write_json(path: Path, content: Mapping[str, Any], *, new: bool = False) -> bytes:
+    """Write a file, and return what it holds; raises FileExistsError where it is to be `new` and is not."""
     text = (json.dumps(plain(content), indent=2, allow_nan=False) + "\n").encode()
-    path.write_bytes(text)
+    with path.open("xb" if new else "wb") as file:
+        file.write(text)
     return text
 
 

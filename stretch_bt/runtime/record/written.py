@@ -28,7 +28,12 @@ _FIELDS: dict[str, dict[str, tuple[type, ...]]] = {
     "unanswered": {"device": _TEXT, "kind": _TEXT, "reason": _TEXT},
     "interrupt": {"why": _LIST},
 }
-_OPTIONAL: dict[str, tuple[type, ...]] = {"reason": _TEXT, "sd": (int, float, str), "cut_off": _TEXT}
+_OPTIONAL: dict[str, tuple[type, ...]] = {
+    "reason": _TEXT,
+    "sd": (int, float, str),
+    "cut_off": _TEXT,
+    "stopping": (bool,),
+}
 
 
 @dataclass(frozen=True, slots=True)

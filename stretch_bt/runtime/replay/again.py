@@ -30,6 +30,7 @@ from stretch_bt.runtime.replay.devices import ReplayedCell
 from stretch_bt.runtime.replay.log import Log
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import Task
+from stretch_bt.runtime.ticker import Planned
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.program import load_program
 
@@ -108,7 +109,8 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         raise refuse(reader.folder, "record-readings", what, "record the run again with --record full")
     if not reader.run_info.get("sources"):
         raise damaged(reader.folder / RUN, "it holds no text of a tree")
-    _check_heard(reader)
+    with readable(reader.folder):
+        _check_heard(reader)
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
         with _in_record(again, reader.folder / RUN):
@@ -242,12 +244,13 @@ def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
         raise damaged(path, "the file was imported from here and is gone, or has changed since")
 
 
-def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
-    """Return after which tick the record was interrupted, and by what."""
-    found: dict[int, list[str]] = {}
+def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[Planned]]:
+    """Return before which tick the record was interrupted, and by what, in their order."""
+    found: dict[int, list[Planned]] = {}
     for event in events:
         if event["type"] == "interrupt":
-            found.setdefault(max(event["tick"], 0) + 1, []).extend(event["why"])
+            group = Planned(event["why"], bool(event.get("stopping")))
+            found.setdefault(max(event["tick"], 0) + 1, []).append(group)
     return found
 
 

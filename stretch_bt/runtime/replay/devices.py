@@ -7,13 +7,13 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, LimitExceeded, NoAnswer, StaleReading
+from stretch_bt.errors import BeyondLimits, DeviceFault, LimitExceeded, NoAnswer, NotReady, StaleReading
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
-from stretch_bt.hardware.asked import check_asked
-from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
+from stretch_bt.hardware.asked import check_age, check_asked
+from stretch_bt.hardware.interfaces import DeviceState, Motion, MotionState, Reading
 from stretch_bt.hardware.journal import Journal
 from stretch_bt.hardware.owner import check_owner
-from stretch_bt.runtime.replay.log import Log
+from stretch_bt.runtime.replay.log import Diverged, Log
 
 __all__ = ["ReplayedCell"]
 
@@ -51,6 +51,11 @@ class _ReplayedDevice:
         self.current: _ReplayedMotion | None = None
         self.faulty = False
 
+    @property
+    def state(self) -> DeviceState:
+        """Where the device stood: it was open throughout the run."""
+        return DeviceState.FAULT if self.faulty else DeviceState.READY
+
     def take(self, kind: str, name: str) -> Any:
         """Return the next recorded value, or raise the recorded fault or NoAnswer."""
         item = self.log.peek(self.name)
@@ -85,8 +90,10 @@ class _ReplayedDevice:
             self.suffer(fault)
             raise fault
 
-    def read(self, name: str) -> Reading[Any]:
-        """Return the next recorded reading."""
+    def read(self, name: str, max_age: float = math.inf) -> Reading[Any]:
+        """Return the next recorded reading; an age that the run refused is refused."""
+        if max_age != math.inf:
+            check_age(self.name, max_age)
         reading: Reading[Any] = self.take("reading", name)
         self.journal.reading(self.name, name, reading)
         return reading
@@ -137,12 +144,13 @@ class _ReplayedArm(_ReplayedDevice):
         return self.command("follow", {"path": list(path), "speed": speed}, owner)
 
     def pose(self, max_age: float) -> Reading[Pose]:
-        return self.read("pose")
+        return self.read("pose", max_age)
 
     def wrench(self, max_age: float) -> Reading[Wrench]:
-        reading: Reading[Wrench] = self.read("wrench")
+        reading: Reading[Wrench] = self.read("wrench", max_age)
         fault = self.log.due_fault(self.name)
-        if isinstance(fault, LimitExceeded) and _is_of(fault, reading.value):
+        moved = self.current is not None  # an arm that was not moved yet may feel whatever it feels
+        if moved and isinstance(fault, LimitExceeded) and _is_of(fault, reading.value):
             self.suffer(self.log.take_next(self.name), halted=True)
             raise fault
         return reading
@@ -156,15 +164,25 @@ class _ReplayedGripper(_ReplayedDevice):
     def move(self, opening: float, *, speed: float, owner: str) -> Motion:
         return self.command("move", {"opening": opening, "speed": speed}, owner)
 
+    def activate(self, *, owner: str) -> Motion:
+        return self.command("activate", {}, owner)
+
     def opening(self, max_age: float) -> Reading[float]:
-        return self.read("opening")
+        return self.read("opening", max_age)
 
 
 class _ReplayedCamera(_ReplayedDevice):
-    intrinsics: Intrinsics
+    @property
+    def intrinsics(self) -> Intrinsics:
+        found = self.log.reader.intrinsics(self.name)
+        if found is None:
+            raise Diverged(
+                f"{self.name}: the tree asks for its intrinsics, and the record holds no frame that has them"
+            )
+        return found
 
     def frame(self, max_age: float) -> Reading[DepthFrame]:
-        return self.read("frame")
+        return self.read("frame", max_age)
 
     @property
     def ended(self) -> bool:
@@ -174,10 +192,14 @@ class _ReplayedCamera(_ReplayedDevice):
 
 class _ReplayedForceSensor(_ReplayedDevice):
     def wrench(self, max_age: float) -> Reading[Wrench]:
-        return self.read("wrench")
+        return self.read("wrench", max_age)
 
     def zero(self) -> None:
+        due = self.log.due_fault(self.name)
+        if isinstance(due, NotReady) and not self.log.commanded(self.name, "", "zero"):
+            self.raise_due()
         self.journal.command(self.name, "zero", {}, "")
+        self.raise_due()
 
 
 class _ReplayedOperator(_ReplayedDevice):

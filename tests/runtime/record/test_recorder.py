@@ -138,6 +138,18 @@ def test_a_folder_is_claimed_only_when_empty(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "full").iterdir()] == ["notes.txt"]
 
 
+def test_of_two_programs_that_claimed_a_folder_the_first_one_keeps_it(tmp_path: Path) -> None:
+    first, second = RunRecord(tmp_path / "same"), RunRecord(tmp_path / "same")
+    first.start({"by": "first"}, {"by": "first"})
+    with pytest.raises(RecordError, match="the folder is not empty"):
+        second.start({"by": "second"}, {"by": "second"})
+    second.close({"status": "ERROR"})
+    first.begin_tick(1, 0.0)
+    first.close({"status": "SUCCESS"})
+    kept = RecordReader(tmp_path / "same")
+    assert (kept.run_info, kept.result) == ({"by": "first"}, {"status": "SUCCESS"})
+
+
 def test_records_without_a_folder_go_under_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     folders = {RunRecord(None).folder for _ in range(3)}
