@@ -102,7 +102,8 @@ def sweep(
         try:
             stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
         except KeyboardInterrupt as error:
-            error.add_note(f"{len(rows.statuses)} of {len(items)} items have a row; go on with --resume --out {folder}")
+            there = sum(spec.key in rows.statuses for spec in items)
+            error.add_note(f"{there} of {len(items)} items have a row; go on with --resume --out {folder}")
             raise
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)

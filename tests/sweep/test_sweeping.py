@@ -79,6 +79,20 @@ def test_rows_of_another_tree_do_not_count(eight, tmp_path):
     assert (len(taken), again.before, again.summary.items) == (16, 0, 8)
 
 
+def test_after_an_interrupt_the_items_that_have_a_row_are_counted(eight, tmp_path):
+    """Rows of another tree were counted with them: 9 of 8."""
+    sweep(eight.file, noted({}, []), out=tmp_path / "out")
+    eight.write("count.yaml", (eight.folder / "count.yaml").read_text() + "# changed\n")
+
+    def interrupted(specs):
+        yield next(noted({}, [])(specs))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        sweep(eight.file, interrupted, out=tmp_path / "out", resume=True)
+    assert stopped.value.__notes__ == [f"1 of 8 items have a row; go on with --resume --out {tmp_path / 'out'}"]
+
+
 def test_more_items_are_gone_on_with(eight, tmp_path):
     taken = []
     sweep(eight.file, noted({}, taken), out=tmp_path / "out")
