@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import resource
 from xml.etree import ElementTree
 
 import pytest
@@ -142,6 +143,30 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
+
+
+@pytest.fixture
+def full_disk():
+    """Let no file grow past some bytes, when called; without a number there is room again."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda most=before[0]: resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("record", [None, {"run.json": b"{}"}])
+def test_a_sweep_whose_first_row_finds_the_disk_full_goes_on_once_there_is_room(lab, tmp_path, full_disk, record):
+    """Its files were removed as those of one that did not begin, and the next step that it named was refused."""
+
+    def engine(specs):
+        for spec in specs:
+            full_disk(60)
+            yield Ran(spec.row("SUCCESS", ""), record)
+
+    with pytest.raises(InvalidInput, match="make room and go on with --resume"):
+        sweep(lab.file, engine, out=tmp_path / "out")
+    full_disk()
+    assert (tmp_path / "out" / ROWS).is_file()
+    assert sweep(lab.file, noted({}, []), out=tmp_path / "out", resume=True).whole
 
 
 def test_a_sweep_that_has_no_row_yet_keeps_its_file_where_another_is_refused(lab, tmp_path):
