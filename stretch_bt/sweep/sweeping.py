@@ -21,7 +21,7 @@ from stretch_bt.sweep.picture import write_pictures
 from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.serial import serial
 from stretch_bt.sweep.spec import AGAIN
-from stretch_bt.sweep.summary import Summary, write_summary
+from stretch_bt.sweep.summary import Summary, can_be_summed_up, write_summary
 
 __all__ = ["Progress", "Swept", "sweep"]
 
@@ -95,7 +95,7 @@ def sweep(
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with closing(RowFile(folder / ROWS)) as rows:
+    with closing(RowFile(folder / ROWS, can_be_summed_up)) as rows:
         if not _same(checked.file.path, folder / SWEEP):
             shutil.copyfile(checked.file.path, folder / SWEEP)
         done = _done(rows, folder / RECORDS, checked.file.record)

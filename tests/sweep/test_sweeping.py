@@ -145,6 +145,37 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
     assert sweep(lab.file, out=out).whole is True
 
 
+#: a field of a row, and what may stand in its place instead of nothing
+DAMAGED = {
+    "tree": 1,
+    "scene": [],
+    "set": {"number": 1},
+    "status": None,
+    "reason": {},
+    "outputs": {"reached": {"value": 1, "unit": None, "sd": None}},
+    "truth": {"reached": 1},
+    "cpu_seconds": "1",
+    "wall_seconds": None,
+    "task_seconds": True,
+}
+
+
+@pytest.mark.parametrize("field", DAMAGED)
+def test_a_row_that_cannot_be_summed_up_is_told_at_its_line_before_anything_runs(lab, tmp_path, field):
+    """It ended in a traceback, after all items had run."""
+    taken = []
+    sweep(lab.file, noted({}, []), out=tmp_path / "out")
+    path = tmp_path / "out" / ROWS
+    lines = path.read_text().splitlines(keepends=True)
+    row = json.loads(lines[1])
+    without = {name: value for name, value in row.items() if name != field}
+    for damaged in (without, {**row, field: DAMAGED[field]}):
+        path.write_text("".join([lines[0], json.dumps(damaged) + "\n", *lines[2:3]]))
+        with pytest.raises(RecordError, match=r"rows\.jsonl:2:1 error\[rows-damaged\]"):
+            sweep(lab.file, noted({}, taken), out=tmp_path / "out", resume=True)
+    assert taken == []
+
+
 @pytest.fixture
 def full_disk():
     """Let no file grow past some bytes, when called; without a number there is room again."""
