@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import chain, islice
@@ -165,14 +165,25 @@ def _written(rans: Iterator[Ran], rows: RowFile, left: int, progress: Progress) 
 
 def _keep(rows: RowFile, ran: Ran) -> None:
     """Write the record of an item and then its row, so that no row is without its record."""
-    folder = rows.path.parent / RECORDS / ran.row["key"]
     if ran.record is not None:
-        shutil.rmtree(folder, ignore_errors=True)  # of a sweep that was killed between the two
-        for name, content in ran.record.items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+        _put(ran.record, rows.path.parent / RECORDS / ran.row["key"])
     rows.write(ran.row)
+
+
+def _put(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write files into a folder of their own, in the place of another; it is there whole or not at all, whatever ends this process."""
+    new, old = (folder.with_name(f".{folder.name}.{what}") for what in ("new", "old"))
+    for left in (new, old):  # of a sweep that was killed here
+        shutil.rmtree(left, ignore_errors=True)
+    new.mkdir(parents=True)
+    for name, content in files.items():
+        path = new / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    if folder.exists():
+        folder.rename(old)
+    new.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _folder(out: str | Path | None, resume: bool) -> Path:

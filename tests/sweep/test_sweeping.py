@@ -200,6 +200,31 @@ def test_a_sweep_whose_first_row_finds_the_disk_full_goes_on_once_there_is_room(
     assert sweep(lab.file, noted({}, []), out=tmp_path / "out", resume=True).whole
 
 
+def test_an_item_whose_record_was_not_written_whole_runs_again(lab, tmp_path, full_disk):
+    """It had a row, of when none was kept, and part of a record: that was taken for a whole one."""
+    keys = [spec.key for spec in lab.specs()]
+    sweep(lab.file, noted({}, []), out=tmp_path / "out")
+    lab.file.write_text(f"{lab.file.read_text()}record: full\n")
+
+    def recorded(most, taken):
+        def engine(specs):
+            for spec in specs:
+                taken.append(spec.key)
+                full_disk(*most)
+                yield Ran(spec.row("SUCCESS", ""), {"record.mcap": b"1", "more/run.json": b"2" * 100})
+
+        return engine
+
+    with pytest.raises(OSError, match="File too large"):
+        sweep(lab.file, recorded([60], []), out=tmp_path / "out", resume=True)
+    full_disk()
+    for again in (keys, []):
+        taken = []
+        assert sweep(lab.file, recorded([], taken), out=tmp_path / "out", resume=True).whole
+        assert taken == again
+    assert {path.name for path in (tmp_path / "out/records").iterdir()} == set(keys)
+
+
 def test_a_sweep_that_has_no_row_yet_keeps_its_file_where_another_is_refused(lab, tmp_path):
     """The other took the empty file of the first away, and with it all rows that it was to write."""
     (tmp_path / "out").mkdir()
