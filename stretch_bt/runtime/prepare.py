@@ -19,6 +19,7 @@ from stretch_bt.blame import own_code
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.copies import named_by_originals
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
@@ -129,7 +130,7 @@ class Task:
     def run_info(self, spec: CellSpec | None, scene: Scene | None = None, silent: Sequence[str] = ()) -> dict[str, Any]:
         """Return what a replay needs and what a person may want to know; `silent` are devices that report to no journal."""
         document, limits = self.program.document, self.context.limits
-        return {
+        info = {
             "tree": str(document.path.resolve()) if document.path else document.file,
             "sources": sources(self.program),
             "set": {k: _plain_param(v) for k, v in self.params.items()},
@@ -156,6 +157,7 @@ class Task:
             "versions": versions(*VERSIONS),
             "machine": machine(compiled=spec is not None),
         }
+        return dict(named_by_originals(info))
 
 
 def _simulated(spec: CellSpec | None) -> list[str]:

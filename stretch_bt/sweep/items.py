@@ -54,7 +54,9 @@ class Items:
             name: [(text, self._bundle.add_named(text)) for text in values] for name, values in texts.items()
         }
         self._files, self._home = self._bundle.layout()
-        stand_at(self._files, self._bundle.above)
+        above = self._bundle.above.resolve()
+        self._origin = str(above)
+        stand_at(self._files, above)
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -95,6 +97,7 @@ class Items:
             files=self._files,
             home=self._home,
             source=package_digest(),
+            origin=self._origin,
         )
 
     def _named(self, name: Scalar, modules: Mapping[str, Mapping[str, str | None]] | None = None) -> _Named:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from stretch_bt.errors import Diagnostic, InvalidInput, RecordError
-from stretch_bt.source.strict_json import no_number
+from stretch_bt.source.strict_json import read_json
 
 __all__ = ["ROWS", "RowFile"]
 
@@ -19,6 +19,13 @@ ROWS = "rows.jsonl"
 
 class RowFile:
     """A file of rows, open for one process at a time; a last line that is torn is dropped.
+
+    Parameters
+    ----------
+    path
+        The file, which is made where it is missing.
+    whole
+        Says whether a row has what its readers need, beside `key` and `status`.
 
     Attributes
     ----------
@@ -33,8 +40,9 @@ class RowFile:
         A line of it is no row.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, whole: Callable[[dict[str, Any]], bool] = lambda row: True) -> None:
         self.path = path
+        self._whole = whole
         self.statuses: dict[str, str] = {}
         self._places: dict[str, int] = {}
         try:
@@ -108,11 +116,12 @@ class RowFile:
 
     def _parsed(self, line: bytes, number: int) -> dict[str, Any]:
         try:
-            row = json.loads(line, parse_constant=no_number)
-            if isinstance(row, dict) and isinstance(row["key"], str) and isinstance(row["status"], str):
-                return row
-        except (ValueError, KeyError, RecursionError):
-            pass
+            row = read_json(line)
+        except InvalidInput:
+            row = None
+        known = isinstance(row, dict) and isinstance(row.get("key"), str) and isinstance(row.get("status"), str)
+        if known and self._whole(row):
+            return dict(row)
         hint = "remove the line, so that its item is run again"
         finding = Diagnostic(str(self.path), number, 1, "error", "rows-damaged", "this line is no row of a sweep", hint)
         raise RecordError([finding])

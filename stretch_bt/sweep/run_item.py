@@ -11,6 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
 from stretch_bt.hardware.imported_texts import note_imported
+from stretch_bt.runtime.copies import copies_of
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
@@ -50,7 +51,11 @@ def _ran(spec: Spec) -> Ran:
     home = base / spec.home
     limit = WallLimit(spec.limit)
     worker = f"{platform.node()}:{os.getpid()}"
-    with fresh_folder(spec.files, spec.home) as folder, redirect_stdout(sys.stderr):
+    with (
+        fresh_folder(spec.files, spec.home) as folder,
+        redirect_stdout(sys.stderr),
+        copies_of(spec.origin, base),  # the folder of a worker goes with it
+    ):
         try:
             result = run(
                 _at(spec.tree, home),

@@ -19,7 +19,7 @@ AGAIN = (KILLED, TIMED_OUT)
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """An item, whole: names and the content of files, no path of a disk, so that a process anywhere can run it.
+    """An item, whole: names and the content of files, no path that is opened, so that a process anywhere can run it.
 
     Parameters
     ----------
@@ -41,6 +41,8 @@ class Spec:
         The folder among them that names are relative to.
     source
         Digest of the package that the key was made with.
+    origin
+        The folder, on the machine of the sweep, that holds `files`: a record names it, for a replay finds modules there.
     """
 
     key: str
@@ -56,6 +58,7 @@ class Spec:
     files: Mapping[str, bytes]
     home: str
     source: str
+    origin: str
 
     def row(self, status: str, reason: str, **more: Any) -> dict[str, Any]:
         """Return a row of this item."""

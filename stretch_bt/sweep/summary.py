@@ -12,11 +12,41 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["SUMMARY", "Group", "Output", "Summary", "write_summary"]
+__all__ = ["SUMMARY", "Group", "Output", "Summary", "can_be_summed_up", "write_summary"]
 
 SUMMARY = "summary.json"
 #: reasons that a group lists, the most frequent ones
 MOST_REASONS = 5
+#: times of an item that are summed up, s
+TIMES = ("cpu_seconds", "wall_seconds", "task_seconds")
+#: types in JSON of the fields of a row, and of an output in it, that are summed up
+_TEXT, _NUMBER = (str,), (int, float)
+_FIELDS = {
+    "tree": _TEXT,
+    "scene": (str, type(None)),
+    "set": (dict,),
+    "status": _TEXT,
+    "reason": _TEXT,
+    "outputs": (dict,),
+    "truth": (dict,),
+    **dict.fromkeys(TIMES, _NUMBER),
+}
+
+
+def can_be_summed_up(row: dict[str, Any]) -> bool:
+    """Whether a row, read from JSON, has each field that a summary takes from it, of its type."""
+    return (
+        _has(row, _FIELDS)
+        and all(type(text) is str for text in row["set"].values())
+        and all(
+            _has(output, {"unit": _TEXT}) and {"value", "sd"} <= output.keys() for output in row["outputs"].values()
+        )
+        and all(type(truth) is dict for truth in row["truth"].values())
+    )
+
+
+def _has(row: Any, types: dict[str, tuple[type, ...]]) -> bool:
+    return type(row) is dict and all(name in row and type(row[name]) in kinds for name, kinds in types.items())
 
 
 @dataclass(slots=True)
@@ -104,7 +134,7 @@ class Summary:
     def take(self, row: dict[str, Any]) -> None:
         """Take a row."""
         self.statuses[row["status"]] += 1
-        for name in ("cpu_seconds", "wall_seconds", "task_seconds"):
+        for name in TIMES:
             getattr(self, name).append(row[name])
         key = json.dumps([row["tree"], row["scene"], row["set"]])
         if key not in self.groups:

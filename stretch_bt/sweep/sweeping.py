@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.picture import write_pictures
 from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.serial import serial
-from stretch_bt.sweep.spec import AGAIN, Spec
-from stretch_bt.sweep.summary import Summary, write_summary
+from stretch_bt.sweep.spec import AGAIN
+from stretch_bt.sweep.summary import Summary, can_be_summed_up, write_summary
 
 __all__ = ["Progress", "Swept", "sweep"]
 
@@ -94,15 +95,18 @@ def sweep(
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with closing(RowFile(folder / ROWS)) as rows, _unless_refused(rows, checked.file.path):
+    with closing(RowFile(folder / ROWS, can_be_summed_up)) as rows:
         if not _same(checked.file.path, folder / SWEEP):
             shutil.copyfile(checked.file.path, folder / SWEEP)
         done = _done(rows, folder / RECORDS, checked.file.record)
         left = sum(spec.key not in done for spec in items)
         try:
-            stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+            ahead = (spec for spec in items if spec.key not in done)
+            with _begun(engine(ahead), rows, checked.file.path) as rans:
+                stopped = _written(rans, rows, left, progress)
         except KeyboardInterrupt as error:
-            error.add_note(f"{len(rows.statuses)} of {len(items)} items have a row; go on with --resume --out {folder}")
+            there = sum(spec.key in rows.statuses for spec in items)
+            error.add_note(f"{there} of {len(items)} items have a row; go on with --resume --out {folder}")
             raise
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)
@@ -123,43 +127,63 @@ def _done(rows: RowFile, records: Path, kept: Kept) -> set[str]:
 
 
 @contextmanager
-def _unless_refused(rows: RowFile, file: Path) -> Iterator[None]:
-    """Leave no folder without a row behind where an engine refuses to begin: the next try would find it in use."""
-    try:
-        yield
-    except InvalidInput:
-        folder = rows.path.parent
-        if not rows.statuses and not _same(file, folder / SWEEP):  # which may be all that there is of the file
-            for name in (ROWS, SWEEP):
-                (folder / name).unlink(missing_ok=True)
-            with suppress(OSError):  # somebody else's file is in it
-                folder.rmdir()
-        raise
+def _begun(rans: Generator[Ran, None, None], rows: RowFile, file: Path) -> Iterator[Iterator[Ran]]:
+    """Hand out what an engine yields once it has begun.
+
+    Where it refuses to, no folder without a row is left behind: the next try would find it in use.
+    """
+    with closing(rans):
+        try:
+            first = list(islice(rans, 1))
+        except InvalidInput:
+            if not rows.statuses:
+                _clear(rows.path.parent, file)
+            raise
+        yield chain(first, rans)
 
 
-def _run(engine: Engine, specs: Iterator[Spec], rows: RowFile, left: int, progress: Progress) -> int:
-    """Run items and write their rows; return of how many a signal ended the process, which have none."""
+def _clear(folder: Path, file: Path) -> None:
+    """Remove a folder in which no item has run, but for the files of others."""
+    if not _same(file, folder / SWEEP):  # which may be all that there is of the file
+        for name in (ROWS, SWEEP):
+            (folder / name).unlink(missing_ok=True)
+        with suppress(OSError):  # somebody else's file is in it
+            folder.rmdir()
+
+
+def _written(rans: Iterator[Ran], rows: RowFile, left: int, progress: Progress) -> int:
+    """Write the rows of items that were run; return of how many a signal ended the process, which have none."""
     stopped = 0
-    with closing(engine(specs)) as rans:
-        for done, ran in enumerate(rans, 1):
-            if ran.stopped:
-                stopped += 1
-            else:
-                _keep(rows, ran)
-            progress(ran.row, done, left)
+    for done, ran in enumerate(rans, 1):
+        if ran.stopped:
+            stopped += 1
+        else:
+            _keep(rows, ran)
+        progress(ran.row, done, left)
     return stopped
 
 
 def _keep(rows: RowFile, ran: Ran) -> None:
     """Write the record of an item and then its row, so that no row is without its record."""
-    folder = rows.path.parent / RECORDS / ran.row["key"]
     if ran.record is not None:
-        shutil.rmtree(folder, ignore_errors=True)  # of a sweep that was killed between the two
-        for name, content in ran.record.items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+        _put(ran.record, rows.path.parent / RECORDS / ran.row["key"])
     rows.write(ran.row)
+
+
+def _put(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write files into a folder of their own, in the place of another; it is there whole or not at all, whatever ends this process."""
+    new, old = (folder.with_name(f".{folder.name}.{what}") for what in ("new", "old"))
+    for left in (new, old):  # of a sweep that was killed here
+        shutil.rmtree(left, ignore_errors=True)
+    new.mkdir(parents=True)
+    for name, content in files.items():
+        path = new / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    if folder.exists():
+        folder.rename(old)
+    new.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _folder(out: str | Path | None, resume: bool) -> Path:

@@ -1,10 +1,12 @@
 """Engines: the same rows from each, on real processes; and what is refused."""
 
+import json
 from contextlib import contextmanager
 
 import pytest
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.runtime.replay import replay
 from stretch_bt.sweep import sweep
 from stretch_bt.sweep.cluster import _client, cluster
 from stretch_bt.sweep.engines import engine_of
@@ -34,6 +36,36 @@ def test_twenty_items_on_two_dask_workers_are_those_of_this_process(lab, tmp_pat
     lines = (there.folder / "rows.jsonl").read_text()
     assert len({line.rpartition('"worker": ')[2] for line in lines.splitlines()}) == 2
     assert pictures == [False, False]
+
+
+NODE = '''\
+from stretch_bt import Behavior, Status, node
+
+
+@node
+class OfTheLab(Behavior):
+    """End at once."""
+
+    def update(self):
+        return Status.SUCCESS
+'''
+
+
+def test_a_record_of_a_worker_names_the_files_of_the_sweep_and_is_replayed(lab, own_nodes, tmp_path):
+    """It named the worker's own folder, which is gone, and which anybody could have made again with other modules."""
+    lab.write("trees/sweep_kept_node.py", NODE)
+    tree = "format: stretch-tree/1\nimports: {own: sweep_kept_node}\ntrees: {main: {sequence: [of_the_lab]}}\n"
+    lab.write("trees/own.yaml", tree)
+    lab.sweep("tree: trees/own.yaml\nrecord: full")
+    found = []
+    for engine in ("serial", "local"):
+        sweep(lab.file, engine_of(engine, None, None), out=tmp_path / engine)
+        (record,) = (tmp_path / engine / "records").iterdir()
+        info = json.loads((record / "run.json").read_text())
+        found.append({name: info[name] for name in ("tree", "scene", "cell", "modules", "driver_modules")})
+        assert replay(record, trust=True).identical
+    assert found[0] == found[1]
+    assert found[0]["tree"] == str(lab.folder / "trees/own.yaml")
 
 
 @pytest.mark.parametrize(

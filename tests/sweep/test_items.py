@@ -3,6 +3,7 @@
 import os
 import pickle
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -66,9 +67,10 @@ def test_without_a_scene_each_tree_has_its_own(lab):
     assert [(s.scene, s.scene_name) for s in lab.specs()] == [("water_balloon",) * 2, ("wooden_cube",) * 2]
 
 
-def test_a_spec_holds_texts_and_no_place_of_the_disk(whole, tmp_path):
+def test_a_spec_holds_texts_and_no_place_of_the_disk_but_its_origin(whole, tmp_path):
     (spec,) = whole.specs()
-    assert str(tmp_path).encode() not in pickle.dumps(spec)
+    assert str(tmp_path).encode() not in pickle.dumps(replace(spec, origin=""))
+    assert spec.origin == str(whole.folder)
     assert (spec.tree, spec.scene, spec.cell, spec.home) == (
         "trees/own.yaml",
         "scenes/soft.yaml",

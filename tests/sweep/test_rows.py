@@ -69,6 +69,7 @@ def test_a_torn_last_line_is_dropped_and_the_next_row_begins_there(rows, tmp_pat
         b"{}\n",
         b'{"key": 1, "status": "SUCCESS"}\n',
         b'{"key": "a", "status": "SUCCESS", "x": NaN}\n',
+        b'{"key": "a", "status": "SUCCESS", "x": 1e999}\n',
         b"\xff\n",
     ],
 )

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import resource
 from xml.etree import ElementTree
 
 import pytest
@@ -79,6 +80,20 @@ def test_rows_of_another_tree_do_not_count(eight, tmp_path):
     assert (len(taken), again.before, again.summary.items) == (16, 0, 8)
 
 
+def test_after_an_interrupt_the_items_that_have_a_row_are_counted(eight, tmp_path):
+    """Rows of another tree were counted with them: 9 of 8."""
+    sweep(eight.file, noted({}, []), out=tmp_path / "out")
+    eight.write("count.yaml", (eight.folder / "count.yaml").read_text() + "# changed\n")
+
+    def interrupted(specs):
+        yield next(noted({}, [])(specs))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        sweep(eight.file, interrupted, out=tmp_path / "out", resume=True)
+    assert stopped.value.__notes__ == [f"1 of 8 items have a row; go on with --resume --out {tmp_path / 'out'}"]
+
+
 def test_more_items_are_gone_on_with(eight, tmp_path):
     taken = []
     sweep(eight.file, noted({}, taken), out=tmp_path / "out")
@@ -128,6 +143,86 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
+
+
+#: a field of a row, and what may stand in its place instead of nothing
+DAMAGED = {
+    "tree": 1,
+    "scene": [],
+    "set": {"number": 1},
+    "status": None,
+    "reason": {},
+    "outputs": {"reached": {"value": 1, "unit": None, "sd": None}},
+    "truth": {"reached": 1},
+    "cpu_seconds": "1",
+    "wall_seconds": None,
+    "task_seconds": True,
+}
+
+
+@pytest.mark.parametrize("field", DAMAGED)
+def test_a_row_that_cannot_be_summed_up_is_told_at_its_line_before_anything_runs(lab, tmp_path, field):
+    """It ended in a traceback, after all items had run."""
+    taken = []
+    sweep(lab.file, noted({}, []), out=tmp_path / "out")
+    path = tmp_path / "out" / ROWS
+    lines = path.read_text().splitlines(keepends=True)
+    row = json.loads(lines[1])
+    without = {name: value for name, value in row.items() if name != field}
+    for damaged in (without, {**row, field: DAMAGED[field]}):
+        path.write_text("".join([lines[0], json.dumps(damaged) + "\n", *lines[2:3]]))
+        with pytest.raises(RecordError, match=r"rows\.jsonl:2:1 error\[rows-damaged\]"):
+            sweep(lab.file, noted({}, taken), out=tmp_path / "out", resume=True)
+    assert taken == []
+
+
+@pytest.fixture
+def full_disk():
+    """Let no file grow past some bytes, when called; without a number there is room again."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda most=before[0]: resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("record", [None, {"run.json": b"{}"}])
+def test_a_sweep_whose_first_row_finds_the_disk_full_goes_on_once_there_is_room(lab, tmp_path, full_disk, record):
+    """Its files were removed as those of one that did not begin, and the next step that it named was refused."""
+
+    def engine(specs):
+        for spec in specs:
+            full_disk(60)
+            yield Ran(spec.row("SUCCESS", ""), record)
+
+    with pytest.raises(InvalidInput, match="make room and go on with --resume"):
+        sweep(lab.file, engine, out=tmp_path / "out")
+    full_disk()
+    assert (tmp_path / "out" / ROWS).is_file()
+    assert sweep(lab.file, noted({}, []), out=tmp_path / "out", resume=True).whole
+
+
+def test_an_item_whose_record_was_not_written_whole_runs_again(lab, tmp_path, full_disk):
+    """It had a row, of when none was kept, and part of a record: that was taken for a whole one."""
+    keys = [spec.key for spec in lab.specs()]
+    sweep(lab.file, noted({}, []), out=tmp_path / "out")
+    lab.file.write_text(f"{lab.file.read_text()}record: full\n")
+
+    def recorded(most, taken):
+        def engine(specs):
+            for spec in specs:
+                taken.append(spec.key)
+                full_disk(*most)
+                yield Ran(spec.row("SUCCESS", ""), {"record.mcap": b"1", "more/run.json": b"2" * 100})
+
+        return engine
+
+    with pytest.raises(OSError, match="File too large"):
+        sweep(lab.file, recorded([60], []), out=tmp_path / "out", resume=True)
+    full_disk()
+    for again in (keys, []):
+        taken = []
+        assert sweep(lab.file, recorded([], taken), out=tmp_path / "out", resume=True).whole
+        assert taken == again
+    assert {path.name for path in (tmp_path / "out/records").iterdir()} == set(keys)
 
 
 def test_a_sweep_that_has_no_row_yet_keeps_its_file_where_another_is_refused(lab, tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import StretchError
+from stretch_bt.runtime.copies import copy_of
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.panels.looks import written
 from stretch_bt.runtime.report.text import escape, section
@@ -70,7 +71,7 @@ def _truth(record: RecordReader) -> list[Array]:
     from stretch_bt.simulation.scene import load_scene, parse_scene
 
     with suppress(StretchError):
-        made = parse_scene(text, scene) if isinstance(text, str) else load_scene(scene)
+        made = parse_scene(text, copy_of(scene)) if isinstance(text, str) else load_scene(scene)
         return _outlines(upper_surface(made.object, CELL).places)
     return []
 
