@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.arguments import check_each
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import FRAME
 
-__all__ = ["average_frames"]
+__all__ = ["ONE_STRETCH", "average_frames", "in_finer_unit"]
+
+Array = npt.NDArray[np.float64]
 
 ONE_STRETCH = 2e-3  # m, within which the fingers of a hand that stands still are read
 ONE_HEIGHT = 5e-3  # m, along any axis, within which a hand that has just been stopped stands
 FINER = 16  # the mean is kept in sixteenths of a count, so that averaging gains what quantisation lost
+FAR = 2.0  # distances of the flat membrane, past which a pixel is none of the hand's: a membrane that sticks is pulled by millimetres
+MOST_COUNTS = np.iinfo(np.uint16).max
 
 
 def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     """Return the mean of frames of a still scene, as a frame of a finer unit; times and places are the last frame's.
 
-    A pixel is valid when at least half of the frames are valid there.
+    A pixel is valid when at least half of the frames are valid there, unless it is far behind the hand and past what the finer unit
+    can count: more than twice as far as the flat membrane.
 
     Raises
     ------
@@ -45,10 +52,23 @@ def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     stack = np.stack([f.raw for f in frames])
     seen = np.count_nonzero(stack, axis=0)
     total = stack.sum(axis=0, dtype=np.uint64)
-    mean = np.where(2 * seen >= len(frames), FINER * total / np.maximum(seen, 1), 0.0)
-    finer = FINER if mean.max(initial=0.0) <= np.iinfo(np.uint16).max else 1
-    raw = np.rint(mean * (finer / FINER)).astype(np.uint16)
-    return replace(last, raw=raw, unit=last.unit / finer)
+    return in_finer_unit(last, np.where(2 * seen >= len(frames), total / np.maximum(seen, 1), 0.0))
+
+
+def in_finer_unit(frame: DepthFrame, counts: npt.NDArray[np.floating[Any]]) -> DepthFrame:
+    """Return a frame with an image (h, w) of counts that are not whole, in the finest unit that holds the hand, down to a sixteenth.
+
+    Pixels more than twice as far as the flat membrane do not choose the unit, and are invalid where it cannot count them; where the
+    frame does not know how far that is, all choose it.
+    """
+    within = counts
+    if frame.plane_distance is not None:
+        within = counts[counts <= FAR * frame.plane_distance / frame.unit]
+    most = float(within.max(initial=0.0)) or float(counts.max(initial=0.0))
+    finer = min(max(int(MOST_COUNTS / max(most, 1.0)), 1), FINER)
+    fine = np.rint(finer * counts)
+    raw = np.where((fine > 0) & (fine <= MOST_COUNTS), fine, 0).astype(np.uint16)
+    return replace(frame, raw=raw, unit=frame.unit / finer)
 
 
 def _check_still(what: str, values: Sequence[float | None], most: float) -> None:

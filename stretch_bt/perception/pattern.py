@@ -13,7 +13,7 @@ from stretch_bt.arguments import check_kind
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.average import FINER, ONE_STRETCH
+from stretch_bt.perception.average import ONE_STRETCH, in_finer_unit
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
@@ -183,6 +183,8 @@ def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     """Return a frame without the static error of its camera and its drift since then, as a frame of a finer unit.
 
+    Pixels that are far behind the hand may become invalid, as in `average_frames`.
+
     Raises
     ------
     InvalidInput
@@ -192,8 +194,5 @@ def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     check_kind("pattern", pattern, Pattern, LEARNED)
     if frame.raw.shape != pattern.error.shape:
         raise InvalidInput(f"the pattern is of images of shape {pattern.error.shape}, got {frame.raw.shape}")
-    finer = FINER if FINER * int(frame.raw.max()) + FINER <= np.iinfo(np.uint16).max else 1
     error = pattern.error + np.float32(pattern.rate * (frame.time - pattern.time))
-    counts = np.rint(finer * (frame.raw - error / np.float32(frame.unit)))
-    raw = np.where(frame.raw > 0, counts.clip(0, np.iinfo(np.uint16).max), 0).astype(np.uint16)
-    return replace(frame, raw=raw, unit=frame.unit / finer)
+    return in_finer_unit(frame, np.where(frame.raw > 0, frame.raw - error / np.float32(frame.unit), np.float32(0)))

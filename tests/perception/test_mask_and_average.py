@@ -62,6 +62,22 @@ def test_far_frames_keep_their_unit():
     assert average_frames([frame(np.full((240, 200), 60000))] * 2).raw.max() == 60000
 
 
+@pytest.mark.parametrize(
+    ("far", "plane", "finer"),
+    [(0, 0.2, 16), (65535, 0.2, 16), (5000, 0.2, 16), (5000, None, 13), (65535, None, 1), (65535, 4.0, 8)],
+)
+def test_a_pixel_far_behind_the_hand_does_not_round_its_mean(far, plane, finer):
+    raws = np.random.default_rng(0).integers(1600, 1602, (16, 240, 200))
+    raws[:, 0, 0] = far
+    if plane == 4.0:
+        raws[:, 0, 1] = 8000
+    mean = average_frames([dataclasses.replace(frame(raw), plane_distance=plane) for raw in raws])
+    assert mean.unit == pytest.approx(0.000125 / finer)
+    assert np.abs(mean.depth[1:] / 0.000125 - raws.mean(axis=0)[1:]).max() <= 0.51 / finer
+    fits = far * finer <= 65535
+    assert mean.raw[0, 0] == (far * finer if fits else 0)
+
+
 def test_frames_of_two_cameras_are_not_averaged():
     other = dataclasses.replace(frame(np.ones((240, 200))), unit=0.001)
     for frames in ([], [frame(np.ones((240, 200))), other]):

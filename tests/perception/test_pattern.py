@@ -6,6 +6,7 @@ import pytest
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Contact, FreeView, with_left_over, without_pattern
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.units import Estimate
 
@@ -85,6 +86,17 @@ def test_a_pattern_is_taken_off_and_what_the_membrane_hangs_is_not():
     assert cleaned.unit == pytest.approx(UNIT / 16)
     left = cleaned.depth - 0.19 - (pattern - found.error)
     assert np.abs(left).max() < 0.6 * UNIT
+
+
+@pytest.mark.parametrize("far", [4000, 5000, 65535])
+def test_a_pixel_far_behind_the_hand_does_not_keep_a_pattern_on_it(far):
+    small = Pattern(
+        np.full((220, 200), 0.3 * UNIT, np.float32), np.zeros((220, 200), np.float32), 0.0, 0.0, 0.0, 0.0, 0.0
+    )
+    shot = frame(np.full((220, 200), 0.19))
+    shot.raw[0, 0] = far
+    removed = (shot.depth - without_pattern(shot, small).depth)[1:]
+    assert removed == pytest.approx(0.3 * UNIT, abs=UNIT / 16)
 
 
 @pytest.mark.parametrize("hang", [1.5e-3, 4e-3])
