@@ -1,6 +1,7 @@
 """The box mask that isolates the membrane, and the average of still frames."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -90,6 +91,27 @@ def test_a_hand_that_went_aside_has_no_mean(axis):
     places = [tuple(0.02 * k if i == axis else 0.0 for i in range(3)) for k in range(2)]
     with pytest.raises(IllConditioned, match=f"{'xy'[axis]} of the hand goes from 0.0 to 20.0 mm"):
         average_frames([frame(np.full((240, 200), 1600), pose=Pose(place)) for place in places])
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"pose": Pose(rotation=(0.0, 0.0, 1.5))}, "turns by 85.9 degrees"),
+        ({"pose": Pose(rotation=(0.03, 0.0, 0.0))}, "turns by 1.7 degrees"),
+        ({"plane_distance": 0.19}, "distance of the flat membrane goes from 190.0 to 200.0 mm"),
+        ({"pose": Pose(rotation=(0.01, 0.0, 0.0))}, None),
+        ({"pose": None}, None),
+        ({"plane_distance": None}, None),
+    ],
+)
+def test_a_hand_that_turned_or_a_plane_that_moved_has_no_mean(changed, why):
+    frames = [frame(np.full((240, 200), 1600), pose=Pose()) for _ in range(2)]
+    frames.insert(1, dataclasses.replace(frames[0], **changed))
+    if why is None:
+        assert average_frames(frames).raw.all()
+    else:
+        with pytest.raises(IllConditioned, match=re.escape(why)):
+            average_frames(frames)
 
 
 def test_an_image_without_pixels_has_a_mean_without_pixels():
