@@ -197,6 +197,17 @@ class DepthFrame(BriefRepr):
         for name, length in (("unit", self.unit), ("plane_distance", self.plane_distance)):
             if not (length is None and name != "unit") and not (is_number(length) and length > 0):
                 raise InvalidInput(f"the {name} of a depth frame is a length above 0 m, got {shown(length)[:80]}")
+        for name, number, where in (
+            ("time", self.time, "in s"),
+            ("hand_height", self.hand_height, "in m"),
+            ("stretch", self.stretch, "in m"),
+        ):
+            if not is_number(number) and not (number is None and name != "time"):
+                none = "" if name == "time" else ", or None where it is unknown"
+                raise InvalidInput(
+                    f"the {name} of a depth frame is a finite number {where}{none}, got {shown(number)[:80]}"
+                )
+        check_counts(0, sequence=self.sequence)
         if self.pose is not None:
             check_kind("pose", self.pose, Pose)
 

@@ -67,3 +67,22 @@ def test_depths_of_half_precision_are_not_counted_in_it():
     camera = Intrinsics(200.0, 200.0, 79.5, 79.5, 160, 160)
     counts = DepthFrame.from_array(np.full((160, 160), 0.1, np.float16), camera, unit=1e-5).raw
     assert int(counts[0, 0]) == round(float(np.float16(0.1)) / 1e-5)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        *(
+            {name: wrong}
+            for name in ("stretch", "hand_height", "plane_distance", "time")
+            for wrong in (np.nan, np.inf, "30 mm", True)
+        ),
+        {"time": None},
+        *({"sequence": wrong} for wrong in (np.nan, 1.5, None, "1", -1)),
+    ],
+    ids=str,
+)
+def test_a_frame_says_when_and_where_it_is_in_finite_numbers(given):
+    told = {"unit": 1e-4, "intrinsics": CAMERA, "time": 0.0, "sequence": 0, **given}
+    with pytest.raises(InvalidInput, match=next(iter(given))):
+        DepthFrame(np.full((4, 5), 1000, np.uint16), **told)

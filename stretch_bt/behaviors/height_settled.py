@@ -8,6 +8,8 @@ from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
+UNKNOWN = 0.1  # m, spread before there are two heights: no limit is larger
+
 
 @node
 class HeightSettled(Behavior):
@@ -25,7 +27,7 @@ class HeightSettled(Behavior):
     limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="limit of their standard deviation")
     reset: In[bool] = False  # whether to begin anew with this height
     heights: InOut[Heights | None]  # last heights
-    spread: Out[Length]  # standard deviation of the last heights, as many as there are
+    spread: Out[Length]  # standard deviation of the last heights, as many as there are; 100 mm before two
     settled: Out[bool]  # whether there are enough of them and their spread is under the limit
 
     def update(self) -> Status:
@@ -33,7 +35,13 @@ class HeightSettled(Behavior):
         before = () if self.reset or self.heights is None else self.heights.values
         known = (*before, float(self.height))[-self.count :]
         self.heights = Heights(known)
-        number, spread = len(known), statistics.pstdev(known)
-        self.spread = Estimate(spread, math.hypot(spread, self.height_sd) / math.sqrt(2 * number))
-        self.settled = number >= self.count and spread < self.limit
+        self.spread = spread = _spread(known, self.height_sd)
+        self.settled = len(known) >= self.count and spread.value < self.limit
         return Status.SUCCESS
+
+
+def _spread(heights: tuple[Length, ...], sd: Length) -> Estimate:
+    if len(heights) < 2:
+        return Estimate(UNKNOWN, UNKNOWN)
+    found = statistics.stdev(heights)
+    return Estimate(found, math.hypot(found, sd) / math.sqrt(2 * (len(heights) - 1)))

@@ -31,7 +31,8 @@ class PressToThickness(MotionBehavior):
 
     The hand goes down by the distance that the top still has to fall and looks again, so that it comes to the thickness from above,
     whatever share of the way the membrane takes. SUCCESS however it ended, with the cause: `thickness`, `force`, or `depth` where
-    the hand may not go deeper. FAILURE when nothing is seen in contact.
+    the hand may not go deeper. FAILURE when nothing stands in
+    the membrane, when the camera sees no membrane, or a top that the membrane cannot reach.
     """
 
     arm: Uses[Arm]
@@ -80,7 +81,7 @@ class PressToThickness(MotionBehavior):
         lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context)
         pose = self.arm.pose(MAX_AGE).value
         shot = corrected(perception.average_frames(self.look.frames), self.pattern, self.device_names["camera"])
-        top = height_over_table(shot, self.context.hand.geometry, self.mounting)
+        top = height_over_table(shot, self.context.hand.geometry, self.mounting, self.pattern)
         step = next_step(top.value, self.thickness, pose.height, lowest, limited=self.limited, steps=self.looks)
         if step.ended:
             self.reached, self.ended, self.force = top, step.ended, self.look.force

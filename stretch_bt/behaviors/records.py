@@ -189,6 +189,7 @@ class LumpLook:
     cap: Cap  # cap of the lump that is in contact
     height: Length  # height of its top over the table
     outline: float | None  # circularity of its level line, where it was drawn
+    height_sd: Length = 0.0  # standard deviation of the height
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArr
 from stretch_bt.perception.wide_top import by_wide_discs
 from stretch_bt.units import Estimate, is_number
 
-__all__ = ["top_of_pixels", "top_of_points", "track_height"]
+__all__ = ["top_of_pixels", "top_of_points", "track_height", "within_reach"]
 
 Array = npt.NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def track_height(
             refusals.append(refusal)
     if not tops:
         raise refusals[0]
-    return _within(_highest(points, valid, labels == CONTACT, noise, others, curvature, tops), reach)
+    return within_reach(_highest(points, valid, labels == CONTACT, noise, others, curvature, tops), reach)
 
 
 def check_curvature(curvature: Estimate) -> None:
@@ -212,8 +212,8 @@ def top_of_pixels(
     return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), by_half=by_half).height
 
 
-def _within(height: Estimate, reach: float | None) -> Estimate:
-    """Return a height that a membrane can have; others are refused."""
+def within_reach(height: Estimate, reach: float | None) -> Estimate:
+    """Return a height, m, that a membrane with a reach, m, can have; raises IllConditioned for any other."""
     if reach is not None and abs(height.value) > reach:
         raise IllConditioned(
             f"the top would stand {height.value:.3g} m out of the plane of the flat membrane, which this hand's membrane cannot: at most"

@@ -13,7 +13,7 @@ from stretch_bt.arguments import check_kind
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.average import FINER, ONE_STRETCH
+from stretch_bt.perception.average import ONE_STRETCH, in_finer_unit
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
@@ -173,15 +173,23 @@ def _drift(means: Array) -> tuple[float, float]:
 
 
 def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
-    """Return a contact whose noise includes the error that a pattern missed: the whole contact may share it."""
+    """Return a contact whose noise includes the error that a pattern missed: the whole contact may share it.
+
+    Both errors make the noise of a pixel, and `noise_area` keeps the variance of a mean over the contact the sum of theirs.
+    """
     check_kind("contact", contact, Contact, MADE)
     check_kind("pattern", pattern, Pattern, LEARNED)
-    shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
-    return replace(contact, noise_area=contact.noise_area + shared)
+    own, left = contact.noise**2, pattern.left**2
+    if not left:
+        return contact
+    area = (own * contact.noise_area + left * len(contact.points)) / (own + left)
+    return replace(contact, noise=math.sqrt(own + left), noise_area=max(area, 1.0))
 
 
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     """Return a frame without the static error of its camera and its drift since then, as a frame of a finer unit.
+
+    Pixels that are far behind the hand may become invalid, as in `average_frames`.
 
     Raises
     ------
@@ -192,8 +200,5 @@ def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     check_kind("pattern", pattern, Pattern, LEARNED)
     if frame.raw.shape != pattern.error.shape:
         raise InvalidInput(f"the pattern is of images of shape {pattern.error.shape}, got {frame.raw.shape}")
-    finer = FINER if FINER * int(frame.raw.max()) + FINER <= np.iinfo(np.uint16).max else 1
     error = pattern.error + np.float32(pattern.rate * (frame.time - pattern.time))
-    counts = np.rint(finer * (frame.raw - error / np.float32(frame.unit)))
-    raw = np.where(frame.raw > 0, counts.clip(0, np.iinfo(np.uint16).max), 0).astype(np.uint16)
-    return replace(frame, raw=raw, unit=frame.unit / finer)
+    return in_finer_unit(frame, np.where(frame.raw > 0, frame.raw - error / np.float32(frame.unit), np.float32(0)))

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from stretch_bt import check
-from stretch_bt.behaviors.records import Touch
+from stretch_bt.behaviors.height_settled import _spread as _settled
+from stretch_bt.behaviors.measure_roundness import _spread, _width
+from stretch_bt.behaviors.records import LumpLook, Touch
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception import FreeView
@@ -137,7 +139,7 @@ def test_heights_settle_when_enough_of_them_are_alike():
         assert tick(made) is Status.SUCCESS
         seen.append(told(made, "settled"))
     assert seen == [False, False, False, False, True]
-    assert told(made, "spread") == pytest.approx(np.std([0.031, 0.0312, 0.0311]))
+    assert told(made, "spread") == pytest.approx(np.std([0.031, 0.0312, 0.0311], ddof=1))
     made.wiring["reset"] = lambda: True
     tick(made)
     assert not told(made, "settled")
@@ -194,7 +196,35 @@ def test_roundness_distinguishes_an_oval_from_a_ball(oval):
 
 
 def test_one_look_says_nothing_of_how_round_a_lump_is():
-    assert told(looked(lambda _: facetted(0.0, 0.0), [2 * BALL]), "residual") == 1.0
+    made = looked(lambda _: facetted(0.0, 0.0), [2 * BALL])
+    assert told(made, "residual") == told(made, "spread") == made.sinks["spread"].sd == made.sinks["width"].sd == 1.0
+    settled = node("height_settled", height=2 * BALL)
+    tick(settled)
+    assert settled.sinks["spread"].value == settled.sinks["spread"].sd == 0.1
+
+
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_spreads_are_as_far_off_as_they_say(count):
+    draws = 0.04 + np.random.default_rng(0).normal(0.0, 1e-3, (4000, count))
+    looks = [tuple(LumpLook(None, height, None) for height in heights) for heights in draws]
+    widths = [_width(each, 0.02) for each in looks]
+    errors = [[width - 1.0 for width in widths]]
+    stated = [widths]
+    for spreads, true in (
+        ([_spread(each, 0.02) for each in looks], 0.05),
+        ([_settled(tuple(h), 0.0) for h in draws], 1e-3),
+    ):
+        assert np.mean(np.square(spreads)) == pytest.approx(true**2, rel=0.1)
+        errors.append([spread - true for spread in spreads])
+        stated.append(spreads)
+    for off, said in zip(errors, stated, strict=True):
+        assert np.mean(np.square(off)) == pytest.approx(np.mean([one.sd**2 for one in said]), rel=0.25)
+
+
+def test_an_error_that_all_heights_share_stays_in_their_mean():
+    made = looked(lambda _: facetted(0.0, 0.0), [2 * BALL] * 4, height_sd=1e-3)
+    assert made.sinks["width"].sd == pytest.approx(1e-3 / (2 * BALL))
+    assert made.sinks["spread"].sd == pytest.approx(1e-3 / BALL / math.sqrt(6))
 
 
 def test_only_the_last_looks_count():
@@ -202,7 +232,7 @@ def test_only_the_last_looks_count():
     made = looked(lambda _: facetted(0.0, 0.0), heights, count=2)
     assert [look.height for look in told(made, "lump_looks").looks] == pytest.approx(heights[2:])
     assert told(made, "width") == pytest.approx(1.005)
-    assert told(made, "spread") == pytest.approx(0.01)
+    assert told(made, "spread") == pytest.approx(0.01 * math.sqrt(2))
 
 
 @pytest.mark.parametrize(("level", "drawn"), [(None, False), (0.003, True)])

@@ -1,6 +1,7 @@
 """The box mask that isolates the membrane, and the average of still frames."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -62,6 +63,22 @@ def test_far_frames_keep_their_unit():
     assert average_frames([frame(np.full((240, 200), 60000))] * 2).raw.max() == 60000
 
 
+@pytest.mark.parametrize(
+    ("far", "plane", "finer"),
+    [(0, 0.2, 16), (65535, 0.2, 16), (5000, 0.2, 16), (5000, None, 13), (65535, None, 1), (65535, 4.0, 8)],
+)
+def test_a_pixel_far_behind_the_hand_does_not_round_its_mean(far, plane, finer):
+    raws = np.random.default_rng(0).integers(1600, 1602, (16, 240, 200))
+    raws[:, 0, 0] = far
+    if plane == 4.0:
+        raws[:, 0, 1] = 8000
+    mean = average_frames([dataclasses.replace(frame(raw), plane_distance=plane) for raw in raws])
+    assert mean.unit == pytest.approx(0.000125 / finer)
+    assert np.abs(mean.depth[1:] / 0.000125 - raws.mean(axis=0)[1:]).max() <= 0.51 / finer
+    fits = far * finer <= 65535
+    assert mean.raw[0, 0] == (far * finer if fits else 0)
+
+
 def test_frames_of_two_cameras_are_not_averaged():
     other = dataclasses.replace(frame(np.ones((240, 200))), unit=0.001)
     for frames in ([], [frame(np.ones((240, 200))), other]):
@@ -74,6 +91,27 @@ def test_a_hand_that_went_aside_has_no_mean(axis):
     places = [tuple(0.02 * k if i == axis else 0.0 for i in range(3)) for k in range(2)]
     with pytest.raises(IllConditioned, match=f"{'xy'[axis]} of the hand goes from 0.0 to 20.0 mm"):
         average_frames([frame(np.full((240, 200), 1600), pose=Pose(place)) for place in places])
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"pose": Pose(rotation=(0.0, 0.0, 1.5))}, "turns by 85.9 degrees"),
+        ({"pose": Pose(rotation=(0.03, 0.0, 0.0))}, "turns by 1.7 degrees"),
+        ({"plane_distance": 0.19}, "distance of the flat membrane goes from 190.0 to 200.0 mm"),
+        ({"pose": Pose(rotation=(0.01, 0.0, 0.0))}, None),
+        ({"pose": None}, None),
+        ({"plane_distance": None}, None),
+    ],
+)
+def test_a_hand_that_turned_or_a_plane_that_moved_has_no_mean(changed, why):
+    frames = [frame(np.full((240, 200), 1600), pose=Pose()) for _ in range(2)]
+    frames.insert(1, dataclasses.replace(frames[0], **changed))
+    if why is None:
+        assert average_frames(frames).raw.all()
+    else:
+        with pytest.raises(IllConditioned, match=re.escape(why)):
+            average_frames(frames)
 
 
 def test_an_image_without_pixels_has_a_mean_without_pixels():

@@ -6,6 +6,7 @@ import pytest
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Contact, FreeView, with_left_over, without_pattern
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.units import Estimate
 
@@ -87,6 +88,17 @@ def test_a_pattern_is_taken_off_and_what_the_membrane_hangs_is_not():
     assert np.abs(left).max() < 0.6 * UNIT
 
 
+@pytest.mark.parametrize("far", [4000, 5000, 65535])
+def test_a_pixel_far_behind_the_hand_does_not_keep_a_pattern_on_it(far):
+    small = Pattern(
+        np.full((220, 200), 0.3 * UNIT, np.float32), np.zeros((220, 200), np.float32), 0.0, 0.0, 0.0, 0.0, 0.0
+    )
+    shot = frame(np.full((220, 200), 0.19))
+    shot.raw[0, 0] = far
+    removed = (shot.depth - without_pattern(shot, small).depth)[1:]
+    assert removed == pytest.approx(0.3 * UNIT, abs=UNIT / 16)
+
+
 @pytest.mark.parametrize("hang", [1.5e-3, 4e-3])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_loose_membrane_that_hangs_far_is_believed(hang, seed):
@@ -117,11 +129,18 @@ def test_latest_frames_count_only_when_they_are_known_to_be_free():
     assert view.pattern(GAUGE).rate == 0.0, "ten frames show no drift"
 
 
-def test_what_a_pattern_missed_counts_as_noise_of_the_whole_contact():
-    points = np.zeros((500, 3))
-    contact = Contact(points, points, np.zeros((2, 2), np.uint8), 1e-4, None, None, 0.0, points, points, noise_area=3.0)
-    found = learned(uneven(0.3e-3, 8.0, np.random.default_rng(1))).pattern(GAUGE)
-    assert with_left_over(contact, found).noise_area == pytest.approx(3.0 + 500 * (found.left / 1e-4) ** 2)
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("left", [0.0, 1e-5, 1e-4])
+def test_what_a_pattern_missed_counts_as_noise_of_the_whole_contact(noise, left):
+    points, none = np.zeros((500, 3)), np.zeros((220, 200), np.float32)
+    contact = Contact(
+        points, points, np.zeros((2, 2), np.uint8), noise, None, None, 0.0, points, points, noise_area=3.0
+    )
+    found = with_left_over(contact, Pattern(none, none, left, 0.0, 0.0, 0.0, 0.0))
+    assert found.noise == pytest.approx(np.hypot(noise, left))
+    assert 1.0 <= found.noise_area <= 500.0 * (1 + 1e-9)
+    of_mean = found.noise**2 * min(found.noise_area, 500) / 500
+    assert of_mean == pytest.approx(noise**2 * 3.0 / 500 + left**2)
 
 
 def test_what_does_not_fit_is_refused():

@@ -36,7 +36,7 @@ RULES = (
     Rule(
         "form_cookie_fast",
         "first look after 0.4 m, twice the spread",
-        {"blind": 0.4, "max_spread": 0.1, "max_residual": 0.04},
+        {"blind": 0.4, "max_spread": 0.11, "max_residual": 0.04},
         9.0,
     ),
     Rule("form_cookie_fast", "first look after 1.3 m", {"blind": 1.3}, 14.0),

@@ -12,7 +12,7 @@ from stretch_bt.perception.outlines.outline import Outline, placed
 from stretch_bt.perception.surface import check_points, pitch_of
 from stretch_bt.perception.types import FloatArray, MaskArray, SurfaceNoise
 
-__all__ = ["TOP", "blurred", "with_level_errors"]
+__all__ = ["BLUR", "TOP", "blurred", "with_level_errors"]
 
 Array = npt.NDArray[np.float64]
 
