@@ -16,10 +16,11 @@ from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.pitch import pitch_of
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.stripes import NO_STRIPES
-from stretch_bt.perception.surface import check_array, check_labels, check_points, finite, pitch_of
+from stretch_bt.perception.surface import check_array, check_labels, check_points, finite
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
