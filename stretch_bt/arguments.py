@@ -90,9 +90,11 @@ def check_numbers(unit: str, **given: object) -> None:
 
 
 def check_path(path: object) -> None:
-    """Raise InvalidInput unless something is the path of a file, text or one of `pathlib`."""
+    """Raise InvalidInput unless something is the path of a file, text or one of `pathlib`, without a null character."""
     if not _is_path(path):
         raise InvalidInput(f"path is the path of a file, not {_brief(path)}")
+    if "\0" in str(path):
+        raise InvalidInput(f"path is the path of a file, without a null character, not {_brief(path)}; leave it out")
 
 
 def check_counts(least: int, **given: object) -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import Pose, as_length, as_numbers
+from stretch_bt.perception.pitch import check_pitch
 from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, Contact, FloatArray, LabelArray
 
@@ -40,6 +41,7 @@ def contact_from_heights(
         raise InvalidInput(
             f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm"
         )
+    check_pitch(pixel)
     _check_unit(z, pixel)
     surface = _surface(z, pixel)
     known = np.isfinite(z)

@@ -167,6 +167,11 @@ def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0
     """Return unit vectors (..., 3) from the camera through points (..., 3), both in one frame, m.
 
     In the membrane frame the camera is at (0, 0, plane_distance).
+
+    Raises
+    ------
+    InvalidInput
+        The points have another shape, the camera is no place, or a point is at the camera.
     """
     _check_triples(points)
     if not are_finite(camera, 3):
@@ -174,5 +179,11 @@ def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0
             f"camera is the place (x, y, z) of the camera, three finite numbers in m, got {shown(camera)[:80]}"
         )
     away = points - np.asarray(camera, dtype=points.dtype)
-    rays: FloatArray = away / np.sqrt(np.square(away) @ np.ones(3, away.dtype))[..., None]
+    far = np.sqrt(np.square(away) @ np.ones(3, away.dtype))
+    if not far.all():
+        raise InvalidInput(
+            f"{np.count_nonzero(far == 0.0)} points are at the camera, so that no ray goes through them; set points without depth to NaN, or"
+            " leave them out"
+        )
+    rays: FloatArray = away / far[..., None]
     return rays

@@ -85,11 +85,11 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
     points, valid = deproject(frame)
     seen: Array = np.asarray(points, dtype=np.float64)
     normal, on = _plane(seen, valid & (np.abs(seen[..., 2] - distance) < _SEARCHED))
-    pitch = distance / min(frame.intrinsics.fx, frame.intrinsics.fy)
+    wide, high = distance / frame.intrinsics.fx, distance / frame.intrinsics.fy
     for again in reversed(range(_PASSES + 1)):
         flat = seen @ _upright(normal).T
-        ends = _edges(flat, on, along=1, pitch=pitch)
-        sides = _edges(flat, on, along=0, pitch=pitch)
+        ends = _edges(flat, on, along=1, pitch=high)
+        sides = _edges(flat, on, along=0, pitch=wide)
         length = ends.high - ends.low
         level, cover = _level(flat, on, (ends.low + ends.high) / 2, length / 2)
         if not again:  # the result keeps the plane in which the edges were found

@@ -16,10 +16,11 @@ from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.pitch import pitch_of
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.stripes import NO_STRIPES
-from stretch_bt.perception.surface import check_array, check_labels, check_points, finite, pitch_of
+from stretch_bt.perception.surface import check_array, check_labels, check_points, finite
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
@@ -36,6 +37,7 @@ AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
 LEAST_POINTS = 12
+MOST_CURVED = 1e10  # 1/m, of an atom
 PARTS = 2  # high parts of a contact that are tried
 
 MOST = 20_000  # points, whose height is known to far less than a camera's count, and not better by more
@@ -121,6 +123,10 @@ def check_curvature(curvature: Estimate) -> None:
     check_estimates(curvature=curvature)
     if curvature.sd == 0:
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    if max(abs(curvature.value), curvature.sd) > MOST_CURVED:
+        raise InvalidInput(
+            f"curvature is in 1/m, and no surface is bent by more than {MOST_CURVED:g}, not {curvature}; give one over the radius in m"
+        )
 
 
 def _highest(

@@ -17,6 +17,7 @@ from stretch_bt.perception.types import FRAME
 
 __all__ = ["mask_membrane"]
 
+LARGEST = 2.0  # m, of any side of a membrane; lengths in mm exceed it
 MARGIN = 0.004  # m inside the edges, where depth cameras mix membrane and background
 
 
@@ -29,7 +30,7 @@ def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: flo
     Raises
     ------
     InvalidInput
-        The frame does not say how far the flat membrane is, or a length is not positive.
+        The frame does not say how far the flat membrane is, or a length is not positive, or above 2 m, as millimetres are.
     """
     check_kind("frame", frame, DepthFrame, FRAME)
     check_numbers("in m", gauge=gauge, width=width, stretch=stretch)
@@ -37,6 +38,11 @@ def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: flo
         raise InvalidInput("a box mask needs a frame with plane_distance, the distance to the flat membrane")
     if not (gauge > 0 and width > 0 and gauge + stretch > 0):
         raise InvalidInput(f"gauge, width and length must be positive, got {gauge}, {width} and {gauge + stretch} m")
+    if max(gauge, width, gauge + stretch) > LARGEST:
+        raise InvalidInput(
+            f"gauge, width and stretch are in m, and no side of a membrane is above {LARGEST:g} m, got {gauge:g}, {width:g} and {stretch:g};"
+            " write 0.09 for 90 mm"
+        )
     half_length = 0.5 * (gauge + stretch) - MARGIN
     half_width = 0.5 * width / math.sqrt((gauge + stretch) / gauge) - MARGIN
     inside = _box(frame.intrinsics, half_length / frame.plane_distance, half_width / frame.plane_distance)

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.arguments import check_kind
+from stretch_bt.arguments import check_estimates, check_kind, check_numbers
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import ONE_STRETCH, in_finer_unit
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
-from stretch_bt.units import Estimate, Length, Speed, Time
+from stretch_bt.units import Estimate, Length, Speed, Time, is_number
 
 __all__ = ["HANG", "FreeView", "Pattern", "with_left_over", "without_pattern"]
 
@@ -116,10 +116,20 @@ class FreeView:
         `gauge`, m, is its length from clamp to clamp at stretch 0, and `width`, m, its size across, where it is known.
 
         None where no frame counts yet, or they do not say how far the flat membrane is or show nothing.
+
+        Raises
+        ------
+        InvalidInput
+            A length is no number above 0, or `hang` carries no standard deviation or is not finite.
         """
+        _check_membrane(gauge, hang, width)
         frame, known = self._first, self._seen > SEEN * self.count
         if frame is None or frame.plane_distance is None or not self.count or not known.any():
             return None
+        if not gauge + (frame.stretch or 0.0) > 0:
+            raise InvalidInput(
+                f"gauge and the stretch of the frames together are above 0 m, not {gauge:g} and {frame.stretch or 0.0:g}; give both in m"
+            )
         depth = self._total / np.maximum(self._seen, 1) * frame.unit
         deeper, weight = (depth - frame.plane_distance).astype(np.float32), known.astype(np.float32)
         once, cover = smooth(deeper, weight, KERNEL)
@@ -142,6 +152,15 @@ class FreeView:
             time,
             frame.stretch,
         )
+
+
+def _check_membrane(gauge: float, hang: Estimate, width: float) -> None:
+    check_numbers("in m", gauge=gauge)
+    check_estimates(hang=hang)
+    if not gauge > 0:
+        raise InvalidInput(f"gauge, from clamp to clamp, is above 0 m, not {gauge:g}; write 0.1 for 100 mm")
+    if width != math.inf and not (is_number(width) and width > 0):
+        raise InvalidInput(f"width is a length above 0 m, or math.inf where it is not known, not {shown(width)[:80]}")
 
 
 def _hang(error: Image, shape: Image, known: MaskArray, told: Estimate) -> Estimate:

@@ -12,6 +12,7 @@ from stretch_bt.arguments import check_unmasked
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
+from stretch_bt.perception.pitch import check_pitch, check_square, pitch_of
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
@@ -26,7 +27,6 @@ __all__ = [
     "camera_side",
     "check_array",
     "check_labels",
-    "check_pitch",
     "check_points",
     "clean",
     "finite",
@@ -37,8 +37,6 @@ Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
 
 LARGEST_KERNEL = 0.05  # m
-SMALLEST_PITCH = 2e-6  # m; a camera 1 mm away has more
-LARGEST_PITCH = 0.02  # m from pixel to pixel
 CAMERA_RATIO = 0.4  # distance over width: a camera frame is above it up to a field of view of 100 degrees
 COVER = 0.5  # share of the kernel that must see valid pixels
 ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 widths away from a straight edge
@@ -165,14 +163,6 @@ def check_labels(labels: LabelArray, points: FloatArray) -> None:
         raise InvalidInput(f"labels need the shape of the frame, {points.shape[:2]}, got {labels.shape}")
 
 
-def check_pitch(pitch: float) -> None:
-    """Raise InvalidInput unless the distance of pixels, m, may be a camera's before a membrane."""
-    if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
-        raise InvalidInput(
-            f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
-        )
-
-
 def camera_side(points: FloatArray, valid: MaskArray) -> int:
     """Return +1 where z points towards the camera, -1 where away from it.
 
@@ -189,26 +179,15 @@ def camera_side(points: FloatArray, valid: MaskArray) -> int:
     return -1 if quantile(z) > CAMERA_RATIO * width else 1
 
 
-def pitch_of(points: FloatArray, valid: MaskArray) -> float:
-    """Return the median distance, m, between neighbours in a row; 0 where no two valid pixels touch."""
-    for every in (max(1, valid.size // 4000), 1):
-        x, seen = points[::every, :, 0], valid[::every]
-        near = seen[:, 1:] & seen[:, :-1]
-        steps = np.abs(x[:, 1:][near] - x[:, :-1][near])
-        if steps.size:
-            return quantile(steps)
-    return 0.0
-
-
 def finite(points: FloatArray, valid: MaskArray) -> MaskArray:
     """Return which valid points (h, w, 3) are finite; a reduction over so short an axis takes twenty times as long."""
     return valid & np.isfinite(points[..., 0]) & np.isfinite(points[..., 1]) & np.isfinite(points[..., 2])
 
 
-def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | None:
+def clean(points: FloatArray, valid: MaskArray, towards: int = 0, *, square: bool = True) -> Cleaned | None:
     """Crop points (h, w, 3), m, to their valid pixels, and drop those that fly, are saturated or not finite.
 
-    None where no two valid pixels touch; InvalidInput where the points are in another unit.
+    None where no two valid pixels touch; InvalidInput where the points are in another unit, or, with `square`, their pixels are not square.
 
     `towards` says where z points, as `camera_side` does; 0 asks that.
     """
@@ -222,6 +201,8 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     if pitch == 0.0:
         return None
     check_pitch(pitch)
+    if square:
+        check_square(near, seen, pitch)
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
     precision = np.float32 if points.dtype.itemsize <= 4 else np.float64

@@ -164,7 +164,7 @@ def noise_around(points: FloatArray, valid: MaskArray, places: Places) -> NoiseS
     if not valid[window].any():
         return None
     try:
-        cleaned = clean(points[window], valid[window], 1)
+        cleaned = clean(points[window], valid[window], 1, square=False)
     except InvalidInput:
         return None
     if cleaned is None:

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.arguments import check_path
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import as_numbers, as_reals
@@ -97,11 +98,12 @@ class Cloud(BriefRepr):
         Raises
         ------
         InvalidInput
-            The path has another ending, is taken, or cannot be written.
+            The path is none, has another ending, is taken, or cannot be written.
         """
         from stretch_bt.perception.clouds import picture as cloud_picture
         from stretch_bt.perception.clouds import ply
 
+        check_path(path)
         target = Path(path)
         if target.suffix == ".ply":
             data = ply.encode(self, text=text)

@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.perception.leaning import share_beyond
 from stretch_bt.perception.outlines.border import border_of, past_labels
 from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
-from stretch_bt.perception.surface import pitch_of
+from stretch_bt.perception.pitch import pitch_of
 from stretch_bt.perception.tension import LEAST_PULL
 from stretch_bt.perception.tops import noise_around
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, MADE, Contact, MaskArray

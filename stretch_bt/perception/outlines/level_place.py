@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import NoContact
 from stretch_bt.perception.outlines.outline import Outline, placed
-from stretch_bt.perception.surface import check_points, pitch_of
+from stretch_bt.perception.pitch import check_square, pitch_of
+from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.types import FloatArray, MaskArray, SurfaceNoise
 
 __all__ = ["BLUR", "TOP", "blurred", "with_level_errors"]
@@ -34,6 +35,7 @@ def with_level_errors(outline: Outline, surface: FloatArray, region: MaskArray, 
 
     heights, valid = blurred(surface)
     pitch = pitch_of(surface, valid)
+    check_square(surface, valid, pitch)
     edge = (cv2.dilate(region.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & ~region & valid
     if not edge.any() or pitch == 0.0:
         return outline

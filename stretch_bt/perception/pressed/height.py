@@ -57,15 +57,41 @@ class MountedMembrane:
     span: float
     hang: Estimate
 
+    def __post_init__(self) -> None:
+        lengths = {name: getattr(self, name) for name in ("gauge", "width", "thickness", "span")}
+        check_numbers("in m", **lengths)
+        check_estimates(hang=self.hang)
+        if not (self.gauge > 0 and self.width > 0 and self.thickness > 0):
+            raise InvalidInput(
+                f"gauge, width and thickness are above 0 m, not {self.gauge}, {self.width} and {self.thickness}"
+            )
+        _check_apart(self.gauge, self.span)
+
+
+def _check_apart(gauge: float, span: float) -> None:
+    """Raise InvalidInput unless clamps stand apart."""
+    if not gauge + span > 0:
+        raise InvalidInput(
+            f"the clamps stand {gauge + span:g} m apart, which is above 0 m: the gauge and by how much prestretch and stretch pull it;"
+            " give these in m"
+        )
+
 
 def mounted_membrane(
     gauge: float, width: float, thickness: float, prestretch: float, stretch: float, hang: Estimate
 ) -> MountedMembrane:
-    """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m."""
+    """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m.
+
+    Raises
+    ------
+    InvalidInput
+        A length is no finite number, gauge, width or thickness is not above 0, or the clamps would stand closer than nothing.
+    """
     check_numbers("in m", gauge=gauge, width=width, thickness=thickness, prestretch=prestretch, stretch=stretch)
     check_estimates(hang=hang)
-    if not (gauge > 0 and width > 0 and thickness > 0):
-        raise InvalidInput(f"gauge, width and thickness are above 0 m, not {gauge}, {width} and {thickness}")
+    MountedMembrane(gauge, width, thickness, 0.0, hang)  # refuses what is none before it is scaled
+    for span in (prestretch, prestretch + stretch):
+        _check_apart(gauge, span)
     table = read_shapes()
     scale = gauge / table.gauge
     at = [(prestretch + x) / scale for x in (stretch, 0.0)]

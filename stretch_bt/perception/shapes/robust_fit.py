@@ -28,7 +28,11 @@ FEW, DRAWS = (
 CLEARLY = 0.5  # share of the bound that half of the residuals of the first start stay below: a drawn start is taken only below it
 NEAR = 2.5  # times the bound that half of the residuals stay below, up to which points count
 PASSES = 2  # over where rays meet a surface; each leaves a tenth of the error of the last
-STEPS = 30
+STEPS = 200  # most fits settle in five
+TRUSTED, LEAST_SHARE = (
+    10,
+    1 / 16,
+)  # whole steps; least share that is taken of one after them, halved where it turns back
 CLOSE = 0.03  # share of the standard deviation of a mean that an answer may still move by
 ROUNDING = 100.0  # units of the resolution up to which residuals are rounding errors
 FAR = 1e3  # lateral sizes beyond which a step comes from a nearly singular matrix
@@ -61,7 +65,8 @@ class Settled(Generic[S]):
     """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
 
     `area` is the number of points that share one error; the covariance counts it in. `agreeing` is how many points are
-    no outliers. `explained` says that noise which is known to be there explains the error that neighbours share.
+    no outliers. `explained` says that noise which is known to be there explains the error that neighbours share. `moving` is the last step
+    over the standard deviation of a mean.
     """
 
     surface: S
@@ -71,9 +76,15 @@ class Settled(Generic[S]):
     area: float
     agreeing: float
     explained: bool
+    moving: float = 0.0
 
     def check(self, name: str) -> None:
-        """Refuse a fit whose errors are too alike for the residuals to show how large they are."""
+        """Refuse a fit that still moves, or whose errors are too alike for the residuals to show how large they are."""
+        if self.moving >= CLOSE:
+            raise IllConditioned(
+                f"the {name} does not settle on the points: after {STEPS} steps it still moves by {self.moving:.2g} of the standard deviation of"
+                f" a mean, and {CLOSE:g} is allowed; fit another shape (`fit_shape`), press deeper, or average more frames"
+            )
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
             raise IllConditioned(
@@ -161,7 +172,7 @@ def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     Raises
     ------
     IllConditioned
-        The points leave a parameter free, or too few agree.
+        The points leave a parameter free, or too few agree. `Settled.check` refuses one that still moves, so that others can be compared with it.
     """
     met, found = sight, _iterated(surface, sight, name, STEPS, CLOSE)
     for _ in range(PASSES if sight.lean is not None else 0):
@@ -175,29 +186,40 @@ def settled_surface(surface: S, sight: Sight, name: str, *, steps: int, close: f
     return _iterated(surface, sight, name, steps, close)[0]
 
 
-def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array]:
-    """Return where a surface settles, the mixture of the residuals (n,), these, and the derivatives (p, n)."""
-    p = surface.parameters
+def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array, float]:
+    """Return where a surface settles, the mixture of the residuals (n,), these, the derivatives (p, n), and the last step.
+
+    Weights follow residuals, so that a step may go to and fro for ever: then ever smaller shares of it are taken. The last step is the
+    whole one, over the standard deviation of a mean.
+    """
+    p, share, before, moving = surface.parameters, 1.0, np.zeros(surface.parameters), math.inf
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
     inliers = Inliers.first(residuals, p, sight.floor)
-    for _ in range(steps):
+    for number in range(steps):
         weights = inliers.weights(residuals)
-        surface, step = surface.moved(_step(jacobian, weights, residuals, name))
+        whole = _step(jacobian, weights, residuals, name)
+        if number >= TRUSTED and whole @ before < 0.0:
+            share = max(0.5 * share, LEAST_SHARE)
+        before = whole
+        surface, step = surface.moved(share * whole)
         height, jacobian = surface.heights(sight.x, sight.y)
         residuals = sight.z - height
-        far = float(np.abs(step).max())
+        far = float(np.abs(step).max()) / share
         # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
-        moving = far > inliers.scale
+        wrong = far > inliers.scale
         inliers = (
-            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
+            Inliers.first(residuals, p, sight.floor) if wrong else inliers.next(residuals, weights, p, sight.floor)
         )
-        if far < close * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
+        moving = far / max(inliers.scale / math.sqrt(residuals.size), 1e-12)
+        if moving < close:
             break
-    return surface, inliers, residuals, jacobian
+    return surface, inliers, residuals, jacobian, moving
 
 
-def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
+def _with_error(
+    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array, moving: float
+) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())
@@ -220,7 +242,7 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
     elif variance < known:  # the residuals share less than the noise that is known to be there
         variance, area = known, 1.0
     area = max(area, sight.alike)
-    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total, explained)
+    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total, explained, moving)
 
 
 def _area(sight: Sight, residuals: Array, inside: npt.NDArray[np.bool_], p: int) -> float:

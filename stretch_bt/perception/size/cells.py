@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception.clean import without_flying
-from stretch_bt.perception.surface import camera_side, check_labels, check_pitch, check_points, pitch_of
+from stretch_bt.perception.pitch import check_pitch, pitch_of
+from stretch_bt.perception.surface import camera_side, check_labels, check_points
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
-__all__ = ["Cells", "cells_of", "pitch_along"]
+__all__ = ["Cells", "cells_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -29,7 +30,7 @@ class Cells:
     """Means of `SIDE` x `SIDE` pixels: x, y and height towards the camera (rows, columns), m.
 
     The height counts from the undeformed membrane. Where `valid` is False the values are 0. `touching` is the share of
-    a cell's pixels that are labelled as in contact. `pitch` is the side of a cell, m; `origin` is where the first cell
+    a cell's pixels that are labelled as in contact. `pitches` are the width and the height of a cell, m; `origin` is where the first cell
     begins in the frame, and `shape` the whole frame, (v, u) pixels.
     """
 
@@ -38,9 +39,14 @@ class Cells:
     height: Array
     valid: MaskArray
     touching: Array
-    pitch: float
+    pitches: tuple[float, float]
     origin: tuple[int, int]
     shape: tuple[int, int]
+
+    @property
+    def area(self) -> float:
+        """Area of a cell, m^2."""
+        return self.pitches[0] * self.pitches[1]
 
 
 def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
@@ -77,8 +83,8 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     ]
     height = np.where(kept, towards * (planes[2] - level), 0.0)
     touching = _blocks((mask & (classes == CONTACT)).astype(np.float32))
-    pitch = pitch_along(planes[0], kept)
-    return Cells(planes[0], planes[1], height, kept, touching, pitch, (rows.start, columns.start), labels.shape)
+    pitches = _pitch_along(planes[0], kept), _pitch_along(planes[1].T, kept.T)
+    return Cells(planes[0], planes[1], height, kept, touching, pitches, (rows.start, columns.start), labels.shape)
 
 
 def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:
@@ -131,7 +137,7 @@ def _blocks(image: npt.NDArray[np.float32]) -> Array:
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float64)
 
 
-def pitch_along(x: Array, kept: MaskArray) -> float:
+def _pitch_along(x: Array, kept: MaskArray) -> float:
     """Return the median distance between neighbouring cells of a row, m."""
     steps: Any = np.abs(np.diff(x, axis=1))[kept[:, 1:] & kept[:, :-1]]
     if not steps.size:

@@ -45,7 +45,7 @@ def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> floa
         Too little of the face is seen, and its outline is no circle, as a ball's would be.
     """
     round_ = shape.name == "circle"
-    face = np.count_nonzero(_within(shape, fit, cells)[2]) * cells.pitch**2
+    face = np.count_nonzero(_within(shape, fit, cells)[2]) * cells.area
     if face >= (SEEN if round_ else SEEN_OF_OTHERS):
         return 0.0
     if not round_:
@@ -53,7 +53,7 @@ def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> floa
             "the flat face that fits best is too small for its flatness to be seen, and a ball looks alike: fit a sphere to it,"
             " stretch the membrane more, or name a shape (`hypothesis`) to take it for granted"
         )
-    labelled = 2.0 * cells.pitch * math.sqrt(np.count_nonzero(cells.valid & (cells.touching > 0.5)) / math.pi)
+    labelled = 2.0 * math.sqrt(np.count_nonzero(cells.valid & (cells.touching > 0.5)) * cells.area / math.pi)
     return MAYBE * max(labelled - width, 0.0)
 
 

@@ -52,7 +52,7 @@ class Fit:
 def window_of(shape: Hypothesis, q: Array, cells: Cells) -> MaskArray:
     """Return the cells around the rim of a shape that are to be fitted; raises IllConditioned where they are too few."""
     outside = shape.outside(q, cells.x.ravel(), cells.y.ravel()).reshape(cells.x.shape)
-    radius = math.sqrt(np.count_nonzero(outside < 0.0) / math.pi) * cells.pitch
+    radius = math.sqrt(np.count_nonzero(outside < 0.0) * cells.area / math.pi)
     window: MaskArray = cells.valid & (outside > -INSIDE) & (outside < max(OUTSIDE, REACH - radius))
     if np.count_nonzero(window) < FEWEST:
         raise IllConditioned(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
-from stretch_bt.perception.size.cells import Cells, cells_of, pitch_along
+from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
 from stretch_bt.perception.size.face import check_flat, maybe_wider
 from stretch_bt.perception.size.fit import Fit
@@ -212,8 +212,9 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None
 def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
     """Return the share of the strip around the rim, `STRIP` wide, that valid cells see."""
     reach = 0.75 * max(size.diameter_i[0], size.diameter_j[0]) + STRIP
-    pitches = cells.pitch, pitch_along(cells.y.T, cells.valid.T)
-    along = (middle[0] + np.arange(-reach, reach, pitch) for middle, pitch in zip(size.center, pitches, strict=True))
+    along = (
+        middle[0] + np.arange(-reach, reach, pitch) for middle, pitch in zip(size.center, cells.pitches, strict=True)
+    )
     x, y = (grid.ravel() for grid in np.meshgrid(*along))
     whole, seen = shape.outside(q, x, y), shape.outside(q, cells.x[cells.valid], cells.y[cells.valid])
     return _in_strip(seen) / max(_in_strip(whole), 1)

@@ -88,8 +88,8 @@ def _smoothed(values: Array, valid: MaskArray, sigma: float) -> Array:
 
 def _top(height: Array, cells: Cells, peak: tuple[np.intp, ...]) -> float:
     """Return the height of the face around a peak, m: the 80th percentile nearby."""
-    reach = max(2, round(6e-3 / cells.pitch))
-    rows, columns = (slice(max(int(p) - reach, 0), int(p) + reach + 1) for p in peak)
+    reach = (max(2, round(6e-3 / pitch)) for pitch in reversed(cells.pitches))
+    rows, columns = (slice(max(int(p) - n, 0), int(p) + n + 1) for p, n in zip(peak, reach, strict=True))
     return float(np.quantile(height[rows, columns][cells.valid[rows, columns]], 0.8))
 
 
@@ -108,7 +108,7 @@ def _refuse_two(height: Array, cells: Cells, top: float) -> None:
 
     labelled = (cells.touching > 0.5) & (height > HIGH * top)
     count, parts, stats, centroids = cv2.connectedComponentsWithStats(labelled.astype(np.uint8), connectivity=8)
-    large = [n for n in range(1, count) if stats[n, cv2.CC_STAT_AREA] * cells.pitch**2 > LARGE]
+    large = [n for n in range(1, count) if stats[n, cv2.CC_STAT_AREA] * cells.area > LARGE]
     if len(large) < 2:
         return
     noise = float(np.std((cells.height - height)[cells.valid]))

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoContact
+from stretch_bt.perception.pitch import pitch_of
 from stretch_bt.perception.size.result import Diameters
-from stretch_bt.perception.surface import check_labels, check_points, pitch_of
+from stretch_bt.perception.surface import check_labels, check_points
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 
 __all__ = ["contact_width"]
@@ -43,9 +44,9 @@ def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
     if not touching.any():
         raise NoContact("no pixel is in contact: there is nothing to measure; press deeper")
     x, y = (np.where(touching, points[..., axis], np.nan) for axis in (0, 1))
-    pixel = pitch_of(points, np.isfinite(points[..., 2]))
-    i, i_sd = _reach(x, y, touching, pixel)
-    j, j_sd = _reach(y.T, x.T, touching.T, pixel)
+    pixel = [pitch_of(points, np.isfinite(points[..., 2]), axis) for axis in (0, 1)]
+    i, i_sd = _reach(x, y, touching, pixel[0])
+    j, j_sd = _reach(y.T, x.T, touching.T, pixel[1])
     return Diameters(i, i_sd, j, j_sd)
 
 

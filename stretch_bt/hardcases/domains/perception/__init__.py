@@ -5,6 +5,7 @@ from stretch_bt.hardcases.domains.perception import (
     clouds,
     contacts,
     frames,
+    given,
     heights,
     inputs,
     limits,
@@ -17,6 +18,6 @@ from stretch_bt.hardcases.domains.perception import (
 
 __all__ = ["CASES"]
 
-_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, solids, limits)
+_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, solids, limits, given)
 
 CASES = tuple(hard for part in _PARTS for hard in part.CASES)

@@ -10,15 +10,22 @@ import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardcases.expect import Check, Refusal, Value
+from stretch_bt.hardcases.domains.perception.pressed_frames import LENS as PRESSED
+from stretch_bt.hardcases.domains.perception.pressed_frames import cloud, frame, press
+from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.perception import (
     average_frames,
     classify,
+    curvatures,
     deproject,
+    estimate_normals,
     find_contact,
+    fit_sphere,
     mask_membrane,
+    outline_at,
     segment,
+    surface_noise,
 )
 
 H, W = 480, 640
@@ -89,6 +96,21 @@ def _aside(**changes: Any) -> Any:
     return deproject(_frame(np.full((H, W), 1600), _lens(**changes)))
 
 
+def _high(rows: int = 2) -> Any:
+    """Return points of a press by pixels `rows` times as high as wide, in the membrane frame, and which are valid."""
+    points, valid = cloud(press())
+    return points[::rows].copy(), valid[::rows].copy()
+
+
+def _near_top(points: Any, valid: Any) -> Any:
+    return points[valid & (np.hypot(points[..., 0], points[..., 1]) < 8e-3)]
+
+
+def _high_frame(share: float) -> DepthFrame:
+    """Return a press seen by a camera whose fy is a share of its fx."""
+    return dataclasses.replace(frame(press()), intrinsics=dataclasses.replace(PRESSED, fy=PRESSED.fx * share))
+
+
 def _distorted() -> float:
     """Return how far rays through a lens that bends them every way are off the inverse Brown-Conrady model, at unit depth."""
     k1, k2, p1, p2, k3 = distortion = (0.1, -0.2, 0.01, -0.02, 0.05)
@@ -132,6 +154,16 @@ def _averaged(name: str, by: float) -> Any:
 
 NO_CAMERA = Refusal(InvalidInput, "intrinsics are finite|focal lengths are above 0")
 ASIDE = Refusal(InvalidInput, "aside for each metre ahead")
+NOT_SQUARE = Refusal(InvalidInput, "pixels are square within 2%.*resample the depth image")
+OF_SQUARE: dict[str, Any] = {
+    "labels": lambda: segment(*_high()),
+    "normals": lambda: estimate_normals(*_high()),
+    "curvatures": lambda: curvatures(*_high()),
+    "noise": lambda: surface_noise(_high()[0]),
+    "a line": lambda: outline_at(_high()[0], 2e-3),
+    "a contact, 50 % off": lambda: find_contact(_high_frame(0.5)),
+    "a contact, 3 % off": lambda: find_contact(_high_frame(0.97)),
+}
 NO_IMAGE: dict[str, Any] = {
     "ragged rows": [[0.2, 0.2], [0.2]],
     "text": "depth",
@@ -182,6 +214,19 @@ CASES: tuple[Hard, ...] = (
             ),
         },
         prefix="lens, ",
+    ),
+    *group(
+        "pixels that are higher than wide, where one width stands for both sides of a pixel",
+        {name: (call, NOT_SQUARE) for name, call in OF_SQUARE.items()},
+        {
+            "a contact, 1 % off": (lambda: len(find_contact(_high_frame(0.99)).points), Range(100)),
+            "points": (lambda: deproject(_high_frame(0.5))[0].shape, Value((160, 200, 3))),
+            "a fit over the one by square pixels": (
+                lambda: fit_sphere(_near_top(*_high())).radius / fit_sphere(_near_top(*_high(1))).radius,
+                Value(1.0, abs=0.05),
+            ),
+        },
+        prefix="pixels not square, ",
     ),
     *group(
         "an input that is no depth image, an image without a unit or a distance, and a hand that does not stand still",

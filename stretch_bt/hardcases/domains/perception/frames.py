@@ -76,6 +76,14 @@ CASES = (
         "a mask needs the distance of the membrane, and may leave nothing",
         {
             "no plane": (lambda: _masked(_unplaced(), 0.09), Refusal(InvalidInput, "plane_distance")),
+            "millimetres": (
+                lambda: mask_membrane(frame(FLAT), gauge=100.0, width=90.0, stretch=0.0),
+                Refusal(InvalidInput, "no side of a membrane is above 2 m"),
+            ),
+            "stretch in millimetres": (
+                lambda: mask_membrane(frame(FLAT), gauge=0.1, width=0.09, stretch=30.0),
+                Refusal(InvalidInput, "write 0.09 for 90 mm"),
+            ),
             "narrower than its margin": (lambda: _masked(frame(FLAT), 1e-3).raw.any(), Value(False)),
         },
         prefix="mask, ",

@@ -114,6 +114,12 @@ BY_HAND: dict[str, tuple[Any, float, dict[str, Any], Refusal]] = {
     "truths": (CAP > 0, PIXEL, {}, Refusal(InvalidInput, "got bool")),
     "nothing seen": (CAP * np.nan, PIXEL, {}, Refusal(NoContact, "nothing is seen")),
     "millimetres": (CAP * 1e3, PIXEL, {}, Refusal(InvalidInput, "give heights and pixel in m")),
+    "millimetres, with labels": (
+        CAP * 1e3,
+        PIXEL * 1e3,
+        {"noise": 0.1, "labels": CAP > 0},
+        Refusal(InvalidInput, "1 m from pixel to pixel"),
+    ),
     "a pixel of no size": (CAP, 0.0, {}, Refusal(InvalidInput, "write 0.0005 for 0.5 mm")),
     "noise below 0": (CAP, PIXEL, {"noise": -1.0}, Refusal(InvalidInput, "pixel and noise are lengths above 0 m")),
     "labels of another shape": (
