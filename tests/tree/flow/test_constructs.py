@@ -412,6 +412,20 @@ def test_a_loop_of_no_passes_runs_none_and_one_of_less_is_an_error(
     assert "is -7; a loop runs 0 times or more" in outcome.reason
 
 
+@pytest.mark.parametrize(
+    ("loop", "status", "passes"),
+    [
+        ("repeat: {times: n, do: {set: {n: n + 1}}}", "SUCCESS", 2),
+        ("retry: {attempts: n, do: [set: {n: n + 1}, fail: no]}", "FAILURE", 2),
+        ("until: {that: n > 99, max: n, do: {set: {n: n + 1}}}", "FAILURE", 2),
+        ("repeat: {times: 2, do: {repeat: {times: n, do: {set: {n: n + 1}}}}}", "SUCCESS", 2 + 4),
+    ],
+)
+def test_a_count_is_worked_out_once_as_the_loop_begins(task: Any, loop: str, status: str, passes: int) -> None:
+    outcome = task.run(f"sequence: [{loop}]", "keys: {n: {default: 2}}")
+    assert (outcome.status, len(task.events.writes)) == (status, passes), outcome.reason
+
+
 @pytest.mark.parametrize("before", [0, 1, 7, 33])
 def test_times_on_the_grid_of_ticks_are_over_on_it(task: Any, before: int) -> None:
     """Each sum of ticks, whatever its rounding: a timeout interrupts, and a wait ends, at the tick that it names."""
