@@ -69,7 +69,7 @@ def _mock() -> Schema:
                 "additionalProperties": True,
             },
             "then": {
-                "description": "what comes after the end of a list",
+                "description": "what comes after the end of a list; `fail` comes after the end of the shortest one",
                 "enum": ["repeat_last", "cycle", "fail"],
                 "default": "repeat_last",
             },
