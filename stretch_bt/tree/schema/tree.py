@@ -59,7 +59,7 @@ def _top() -> Schema:
         "required": ["format", "trees"],
         "additionalProperties": False,
         "properties": {
-            "format": {"const": FORMAT, "description": "the first line of every tree file"},
+            "format": {"const": FORMAT, "description": "every tree file has it"},
             "doc": {"type": "string", "description": "what the task does, in a sentence or two"},
             "imports": {
                 "type": ["object", "null"],
