@@ -194,12 +194,13 @@ def _places(nodes: dict[str, NodeInfo]) -> Schema:
         },
         "children": {"type": "array", "minItems": 1, "items": ref("body")},
         "body": {"anyOf": [ref("node"), ref("children"), ref("bare")]},
-        "tree": {
+        "headed": {
             "type": "object",
             "minProperties": 1,
             "properties": {**names, **words, **_border(), "finally": _finally()},
             "additionalProperties": ref("call"),
         },
+        "tree": {"anyOf": [ref("headed"), ref("children"), ref("bare")]},
     }
 
 
