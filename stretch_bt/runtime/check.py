@@ -144,7 +144,7 @@ _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
 
 
 def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None = None) -> list[Diagnostic]:
-    """Return the findings of files, in the order given; the first key of each says its kind.
+    """Return the findings of files, in the order given; the `format` of each says its kind.
 
     With a cell, trees are also held against its devices and limits.
     """
@@ -200,16 +200,14 @@ def _is_tree(path: str | Path) -> bool:
 
 
 def _format(path: str | Path) -> str:
-    """Return the first key's value of a file, or of a shipped tree by its name."""
+    """Return the format of a file, or of a shipped tree by its name."""
     file, name = find_tree(path)[0], str(path)
     root = parse(read_text(file, name), name)
     if not isinstance(root, Map):
         raise FileError([root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {TREE}'")])
     value = root.get("format")
     if value is None:
-        raise FileError(
-            [root.mark.error("format-missing", "the first key is not 'format'", f"begin with 'format: {TREE}'")]
-        )
+        raise FileError([root.mark.error("format-missing", "the file has no 'format'", f"begin with 'format: {TREE}'")])
     if is_nothing(value) or not isinstance(value, Scalar):
         given = "nothing" if is_nothing(value) else told(value)
         what = f"format takes one line of text, not {given}"

@@ -98,7 +98,7 @@ def _undeclared(text: str, path: Path) -> str:
 
 
 def _bare_keys(text: str) -> Iterator[str]:
-    """Yield the keys of the file that are declared with their type alone and without a comment."""
+    """Yield the keys of the file that are declared with their type alone, without a comment and an anchor."""
     for mapping in _keys(yaml.compose(text, Loader=yaml.SafeLoader)):
         for key, value in mapping.value:
             if _is_bare(text, key, value):
@@ -106,8 +106,11 @@ def _bare_keys(text: str) -> Iterator[str]:
 
 
 def _is_bare(text: str, key: yaml.ScalarNode, value: yaml.Node) -> bool:
-    line = text[key.start_mark.index : text.find("\n", value.end_mark.index)]
-    return isinstance(value, yaml.ScalarNode) and "#" not in line
+    """Whether a declaration says a type and nothing else, as `name: Type` or as `name: {type: Type}`."""
+    fields = [field.value for field, _ in value.value] if isinstance(value, yaml.MappingNode) else []
+    start, end = key.start_mark.index, value.end_mark.index  # of an alias, the end of its anchor
+    is_bare = isinstance(value, yaml.ScalarNode) or fields == ["type"]
+    return is_bare and end > start and "&" not in text[start:end] and "#" not in text[start : text.find("\n", end)]
 
 
 def _keys(node: yaml.Node | None) -> Iterator[yaml.MappingNode]:
@@ -140,5 +143,6 @@ def _without_heading(text: str, mapping: yaml.MappingNode) -> str:
         after = re.match(r"\s*,\s*", text[mapping.end_mark.index :])
         return text[:heading] + text[mapping.end_mark.index + (after.end() if after else 0) :]
     last = mapping.value[-1][1].end_mark.index if not mapping.flow_style else mapping.end_mark.index
+    last = len(text[:last].rstrip())  # a block ends where the next word begins
     first, end = text.rfind("\n", 0, heading) + 1, text.find("\n", last)
     return text[:first] + ("" if end < 0 else text[end + 1 :])

@@ -30,6 +30,9 @@ class Mock:
     after: float = 0.0
     outputs: dict[str, list[Value]] = field(default_factory=dict)
     output_marks: dict[str, Mark] = field(default_factory=dict)
+    #: outputs that are written as a list, which ends even where it has one entry
+    lists: set[str] = field(default_factory=set)
+    status_is_list: bool = False
     then: str = "repeat_last"
     message: str = ""
     matched: int = 0
@@ -112,7 +115,7 @@ def iter_then(values: list[Any], then: str) -> Generator[Any, None, None]:
 
 
 class MockNode(FlowNode):
-    """Stands in for a node: takes its time, writes its outputs, ends with its status."""
+    """Stands in for a node: takes its time, writes its outputs, ends with its status; `limit` starts use up its shortest list of outputs."""
 
     kind = "mock"
 
@@ -121,6 +124,7 @@ class MockNode(FlowNode):
         path: str,
         rule: Mock,
         outputs: list[tuple[Cell, list[Any]]],
+        limit: int,
         context: Context,
         script: Callable[[], bool] | None,
     ) -> None:
@@ -129,8 +133,8 @@ class MockNode(FlowNode):
         self.context = context
         self.script = script
         self.runs = 0
-        self.limit = max((len(v) for _, v in outputs), default=0)
-        by_outputs = self.limit > len(rule.statuses)  # then `then` speaks of the outputs
+        self.limit = limit
+        by_outputs = limit and not rule.status_is_list  # then `then` speaks of the outputs alone
         self.statuses = iter_then(rule.statuses, "repeat_last" if by_outputs else rule.then)
         end = "repeat_last" if rule.then == "fail" else rule.then
         self.outputs = [(cell, iter_then(values, end)) for cell, values in outputs if values]
@@ -159,10 +163,10 @@ class MockNode(FlowNode):
         return status
 
     def _status(self) -> Status:
-        if self.script is not None:
-            return Status.SUCCESS if self.script() else Status.FAILURE
         if self.rule.then == "fail" and self.limit and self.runs > self.limit:
             return Status.FAILURE
+        if self.script is not None:
+            return Status.SUCCESS if self.script() else Status.FAILURE
         if self.due is None:
             self.due = next(self.statuses)
         return self.due

@@ -71,15 +71,13 @@ class Mocks:
         sinks = builder.outputs(part)
         rule.known_outputs.update(sinks)
         checks = part.info.written() if isinstance(part, Leaf) else {}
-        outputs = [
-            (cell, self._output(rule, name, type_, checks.get(name)))
-            for name, (cell, type_) in sinks.items()
-            if name in rule.outputs
-        ]
+        given = {n: self._output(rule, n, type_, checks.get(n)) for n, (_, type_) in sinks.items() if n in rule.outputs}
+        outputs = [(sinks[name][0], values) for name, values in given.items()]
+        limit = min((len(values) for name, values in given.items() if name in rule.lists or len(values) > 1), default=0)
         for name, (cell, _) in sinks.items():
             if name not in rule.outputs:
                 cell.blocked = f"the mock of {path} gives no output {name!r}"
-        return MockNode(path, rule, outputs, builder.context, self._script(rule, builder))
+        return MockNode(path, rule, outputs, limit, builder.context, self._script(rule, builder))
 
     def condition(self, path: str, builder: Builder) -> Callable[[], bool] | None:
         """Return a stand-in for the condition at this path, or None."""

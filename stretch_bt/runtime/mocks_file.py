@@ -167,6 +167,7 @@ class _Reader:
                 self.error(match.mark, "type-mismatch", "'match' takes one pattern", "write 'match: \"**/press\"'")
             return
         rule = Mock(match.text, match.mark, self.statuses(value.get("status")))
+        rule.status_is_list = isinstance(value.get("status"), Seq)
         when = value.get("status_when")
         rule.status_when = when if isinstance(when, Scalar) else None
         if when is not None and rule.status_when is None:
@@ -194,6 +195,7 @@ class _Reader:
         for key, given in outputs if isinstance(outputs, Map) else ():
             rule.outputs[key.text] = list(given.items) if isinstance(given, Seq) else [given]
             rule.output_marks[key.text] = key.mark
+            rule.lists |= {key.text} if isinstance(given, Seq) else set()
             if not rule.outputs[key.text]:
                 self.error(given.mark, "empty", f"{key.text!r} has no values", "write at least one")
 

@@ -14,6 +14,7 @@ from stretch_bt.runtime.foreign_nodes import shut_down
 from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
+from stretch_bt.tree.flow.base import why_failed
 
 __all__ = ["FinallyTicker", "PendingFinally", "raise_besides", "worst_of"]
 
@@ -61,7 +62,8 @@ class FinallyTicker:
             return True
         if status is not Status.SUCCESS:
             why = "it did not end in time" if status is Status.RUNNING else "it failed"
-            self.failed = self.failed or f"{finish.path}: {finish.feedback_message or why}"
+            late = f"{finish.path}: {finish.feedback_message or why}"
+            self.failed = self.failed or (why_failed(finish) if status is Status.FAILURE else late)
         self.errors += stop_tree(finish)
         self._ahead[:1] = self.built.take_pending(finish)
         self._began = None

@@ -37,8 +37,9 @@ class Behavior(py_trees.behaviour.Behaviour):
     """
 
     ports: ClassVar[dict[str, Port]] = {}
-    #: bits of the ports that each SUCCESS must have written; bits cost a tick less than a set
+    #: bits of the ports that each SUCCESS is asked for: written, else refused or left without a value; bits cost a tick less than a set
     owed: int = 0
+    _required: int = 0  # bits of the outputs without which a SUCCESS is refused
     #: outputs whose present value is another quantity than the truth of their port, as a height that is not in the world
     untold: frozenset[str] = frozenset()
     kind: ClassVar[str] = "action"
@@ -52,9 +53,9 @@ class Behavior(py_trees.behaviour.Behaviour):
         for name, declared in cls.ports.items():
             if name in own or not isinstance(inspect.getattr_static(cls, name, None), Slot):
                 setattr(cls, name, slot(declared, cls.ports))
-        written = [p for p in cls.ports.values() if p.written]
-        owed = [p for p in written if p.role is Role.INOUT or not p.check(cls.ports).optional]
-        cls.owed = sum(bit(p.name, cls.ports) for p in owed)
+        cls.owed = sum(bit(p.name, cls.ports) for p in cls.ports.values() if p.written)
+        outputs = [p for p in cls.ports.values() if p.role is Role.OUTPUT and not p.check(cls.ports).optional]
+        cls._required = sum(bit(p.name, cls.ports) for p in outputs)
 
     def __init__(self, path: str = "") -> None:
         super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
@@ -162,14 +163,13 @@ class Behavior(py_trees.behaviour.Behaviour):
 
 
 def _check_written(node: Behavior) -> None:
-    """Refuse a SUCCESS without an output; a port that is read and written keeps its value, and is none where it had none."""
-    unwritten = [port for name, port in node.ports.items() if bit(name, node.ports) & node.unwritten]
-    for port in unwritten:
-        if port.role is Role.INOUT and node.sinks[port.name].value is MISSING:
+    """Refuse a SUCCESS without an output, or let its key be none where it may be; a port that is read and written keeps its value."""
+    lacking = node.unwritten & node._required
+    if lacking:
+        raise NodeError(node.path, _unwritten([name for at, name in enumerate(node.ports) if lacking >> at & 1]))
+    for at, port in enumerate(node.ports.values()):
+        if node.unwritten >> at & 1 and (port.role is Role.OUTPUT or node.sinks[port.name].value is MISSING):
             node.sinks[port.name].unset(node.path)
-    names = [port.name for port in unwritten if port.role is Role.OUTPUT]
-    if names:
-        raise NodeError(node.path, _unwritten(names))
 
 
 def _unwritten(names: list[str]) -> str:

@@ -119,7 +119,7 @@ class _Headings(HeadingReader):
     def format(self, root: Map) -> None:
         value = root.get("format")
         if value is None:
-            self.error(root.mark, "format-missing", "the first key is not 'format'", f"begin with 'format: {FORMAT}'")
+            self.error(root.mark, "format-missing", "the file has no 'format'", f"begin with 'format: {FORMAT}'")
         elif not isinstance(value, Scalar) or value.text != FORMAT:
             what = f"{told(value)} is not the format of a tree"
             self.error(value.mark, "format-unknown", what, f"write 'format: {FORMAT}'")

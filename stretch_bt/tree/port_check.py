@@ -46,7 +46,7 @@ class PortCheck:
         self.high: float = _LARGEST if high is None else high
 
     def judge(self, value: Any) -> Any:
-        """Return the value with numpy's numbers made plain; raises InvalidInput, which says what was expected."""
+        """Return the value with numpy's numbers made plain and tuples made lists; raises InvalidInput, which says what was expected."""
         if type(value) is Estimate and self.exact is float and self.low <= value <= self.high and _fits(value.sd):
             return value  # as what follows finds too, in a tenth of the time
         return None if value is None and self.optional else self._fit(value, self.type)
@@ -84,8 +84,7 @@ class PortCheck:
         value = plain_list(value)
         if not isinstance(value, list | tuple) or type_.item is None:
             raise InvalidInput(self._refusal(value))
-        items = [self._fit(item, type_.item) for item in value]
-        return items if isinstance(value, list) else tuple(items)
+        return [self._fit(item, type_.item) for item in value]  # which a tuple is told as, and saved as, too
 
     def _number(self, value: Any, type_: Type) -> Any:
         wanted = Integral if type_.family is Family.INT else Real

@@ -308,3 +308,16 @@ def test_an_entry_that_a_list_has_not_is_told_once(tmp_path):
         "'xs.5' has no value: the list holds 2",
         "'xs.5 + 1' has no value: xs.5: the list holds 2",
     ]
+
+
+@pytest.mark.parametrize("text", ["doc: x\ntrees: {main: {check: 1 > 0}}\n", "doc: x\nformat: stretch-tree/1\n"])
+def test_a_format_may_stand_anywhere_and_is_said_to_be_missing_where_it_is(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(text)
+    found = check(path)[0]
+    wanted = (
+        ("trees-missing", "the file has no trees")
+        if "format" in text
+        else ("format-missing", "the file has no 'format'")
+    )
+    assert (found.code, found.message) == wanted

@@ -109,6 +109,28 @@ def test_a_file_is_rewritten_with_its_comments(tmp_path: Path) -> None:
     assert path.read_text() == FIXED
 
 
+#: declarations of `frame` and `contact`, each with its type alone -> what is left of them
+BARE = {
+    "keys: {frame: DepthFrame, contact: {type: Contact}}\n": "",
+    "keys:\n  frame: {type: DepthFrame}\n  contact:\n    type: Contact\n": "",
+    "keys:\n  contact:\n    type: Contact\n\n  frame: {type: DepthFrame}\n": "",
+    "keys:\n  contact: {type: Contact}\n  frame:\n    type: DepthFrame  # a view\n": "keys:\n  frame:\n    type: DepthFrame  # a view\n",
+    "keys: {frame: {type: DepthFrame, doc: a view}, contact: {type: Contact}}\n": "keys: {frame: {type: DepthFrame, doc: a view}}\n",
+    "keys: {frame: &a {type: DepthFrame}, contact: Contact, other: *a}\n": "keys: {frame: &a {type: DepthFrame}, other: *a}\n",
+}
+
+
+@pytest.mark.parametrize("keys", BARE)
+def test_a_declaration_of_a_type_alone_goes_however_it_is_written(keys: str, tmp_path: Path) -> None:
+    path = tmp_path / "tree.yaml"
+    head, tail = FIXED.partition("keys:\n")[0], FIXED[FIXED.index("trees:\n") : FIXED.index("  look:\n")]
+    steps = "- capture\n      - segment_contact\n      - track_height: {height: $top}"
+    tail = tail.replace("- look: {top}", steps).replace("      - check: not low\n", "")
+    path.write_text(head + keys + tail)
+    assert fix_tree(path) == []
+    assert path.read_text() == head + BARE[keys] + tail
+
+
 def test_a_name_that_would_clash_is_left_and_told_at_its_place(tmp_path: Path) -> None:
     path = tmp_path / "tree.yaml"
     path.write_text(TREE.replace("low: {type: bool", "depth: {type: bool"))

@@ -97,6 +97,38 @@ def test_outputs_and_statuses(mocked: Any, rule: str) -> None:
     assert result.outputs["top"]["value"] == pytest.approx(height) if status == "SUCCESS" else "top" in result.outputs
 
 
+FOUR_STARTS = """
+format: stretch-tree/1
+trees:
+  main:
+    out: [counts, words]
+    repeat: {times: 4, do: {force_success: {look: {count, word}}}, collect: {counts: $count, words: $word}}
+  look:
+    out: [count, word]
+    set: {count: 9, word: "'w'"}
+"""
+#: mock -> the counts and the words that four starts write, of those that succeed
+ENDS = {
+    "outputs: {count: [1, 2, 3], word: [a, b]}, then: fail": ([1, 2], ["a", "b"]),
+    "outputs: {count: [1], word: [a, b, c]}, then: fail": ([1], ["a"]),
+    "outputs: {count: [1, 2, 3], word: a}, then: fail": ([1, 2, 3], ["a", "a", "a"]),
+    "outputs: {count: 1, word: a}, then: fail": ([1], ["a"]),
+    "status: [success, success], outputs: {count: [1, 2, 3], word: a}, then: fail": ([1, 2], ["a", "a"]),
+    "status_when: task.ticks > 0, outputs: {count: [1, 2, 3], word: [a, b]}, then: fail": ([1, 2], ["a", "b"]),
+    "status: [success, failure], outputs: {count: [1, 2, 3], word: a}, then: cycle": ([1, 3], ["a", "a"]),
+    "outputs: {count: [1, 2, 3], word: [a, b]}, then: cycle": ([1, 2, 3, 1], ["a", "b", "a", "b"]),
+    "outputs: {count: [1, 2, 3], word: [a, b]}": ([1, 2, 3, 3], ["a", "b", "b", "b"]),
+}
+
+
+@pytest.mark.parametrize("rest", ENDS)
+def test_what_comes_after_the_end_of_a_list(run: Any, rest: str) -> None:
+    mocks = f"format: stretch-mocks/1\ntree: tree.yaml\nmocks: [{{match: '**/look', {rest}}}]\n"
+    result = run(FOUR_STARTS, mocks=mocks)
+    assert result.status == "SUCCESS", result.reason
+    assert (result.keys["counts"], result.keys["words"]) == ENDS[rest]
+
+
 def test_a_mock_takes_its_time_on_the_clock_of_the_run(mocked: Any) -> None:
     quick = mocked(f"{LOOK}, outputs: {{height: 3 mm}}")
     slow = mocked(f"{LOOK}, outputs: {{height: 3 mm}}, after: 0.5 s")

@@ -23,6 +23,19 @@ class Perhaps(Behavior):
         return Status.SUCCESS
 
 
+class Sometimes(Behavior):
+    """Gives a length in its first start alone, and a second one never."""
+
+    instant = True
+    length: Out[Length | None]
+    never: Out[Length | None]
+
+    def update(self) -> Status:
+        if self.runs == 1:
+            self.length = 0.002
+        return Status.SUCCESS
+
+
 class Takes(Behavior):
     """Says whether it got a length, and with which error."""
 
@@ -58,7 +71,7 @@ class Balls(Behavior):
 
 @pytest.fixture
 def nodes(task: Any) -> Any:
-    for cls in (Perhaps, Takes, Balls):
+    for cls in (Perhaps, Sometimes, Takes, Balls):
         registry.node(cls)
     return task
 
@@ -91,6 +104,19 @@ def test_what_may_be_absent(nodes: Any, body: str) -> None:
     status, reason = ABSENT[body]
     outcome = nodes.run(body, "params: {least: {default: 3 mm}}")
     assert (outcome.status, reason in outcome.reason) == (status, True), outcome.reason
+
+
+@pytest.mark.parametrize("declared", ["", "keys: {length: {default: 3 mm}, never: {default: 3 mm}}"])
+def test_an_optional_output_that_a_start_does_not_assign_is_none(nodes: Any, declared: str) -> None:
+    body = """
+        out: [seen, never]
+        repeat:
+          times: 2
+          do: [sometimes: {length, never}, set: {seen: length}]
+        """
+    assert nodes.run(body, declared).status == "SUCCESS"
+    assert [value for key, value in nodes.events.writes if key == "main/seen"] == [0.002, None]
+    assert [value for key, value in nodes.events.writes if key == "main/never"] == [None, None]
 
 
 def test_an_absent_output_of_a_task_is_absent(nodes: Any) -> None:

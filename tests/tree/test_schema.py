@@ -199,6 +199,30 @@ def test_every_form_of_every_construct_fits_and_is_a_task(tmp_path: Path) -> Non
     assert errors(TREE, EVERYTHING) == []
 
 
+#: a whole tree -> whether it is one
+BODIES = {
+    "[wait: {duration: 1 s}, check: 1 > 0]": True,
+    "[[wait: {duration: 1 s}]]": True,
+    "other": True,
+    "{sequence: [other]}": True,
+    "[]": False,
+    "[wait: {duration: 1}]": False,
+    "[press]": False,
+    "press": False,
+    "sequence": False,
+    "5": False,
+    "": False,
+}
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_a_tree_is_whatever_stands_where_a_body_stands(body: str, tmp_path: Path) -> None:
+    other = "  other: {check: 1 > 0}\n" if "other" in body else ""
+    text = f"format: stretch-tree/1\ntrees:\n  main: {body}\n{other}"
+    found = errors(TREE, text), findings(text, tmp_path)
+    assert [not problems for problems in found] == [BODIES[body]] * 2, found
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_mistakes_are_flagged_and_are_mistakes(mistake: str, tmp_path: Path) -> None:
     before, after = MISTAKES[mistake]

@@ -173,6 +173,9 @@ ReadPart = Callable[["Reader", Mark, Value], Part | None]
 class FlowNode(py_trees.behaviour.Behaviour):
     """A node with one child, of our own where py_trees' decorators measured wrong (clock, empty lists, lost attempts)."""
 
+    #: whether its message says why it failed; else what it did not decide is told by its child
+    explains: ClassVar[bool] = True
+
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour | None = None) -> None:
         super().__init__(name=path.rpartition("/")[2])
         self.path = path
@@ -244,7 +247,7 @@ def failed_at(root: Any) -> Any:
     node = root
     while True:
         failed = [child for child in node.children if child.status is Status.FAILURE]
-        if not failed or node.feedback_message:
+        if not failed or (node.feedback_message and getattr(node, "explains", True)):
             return node
         node = failed[-1]
 

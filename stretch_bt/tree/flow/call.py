@@ -119,7 +119,8 @@ class CallNode(FlowNode):
         if self.result is None:
             yield from self.child.tick()
             if self.child.status is Status.RUNNING or self.finish is None:
-                self.feedback_message = self.child.feedback_message
+                if getattr(self.child, "explains", True):
+                    self.feedback_message = self.child.feedback_message
                 self.entered = self.child.status is Status.RUNNING
                 return self.child.status
             self.result = self.child.status

@@ -64,7 +64,9 @@ class Log(Part):
 
 
 class LogNode(FlowNode):
-    """Its feedback message reaches the log with the change of status."""
+    """Its feedback message reaches the log with the change of status, and is no reason of a failure."""
+
+    explains: ClassVar[bool] = False
 
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour, text: Callable[[], str]) -> None:
         super().__init__(path, child)

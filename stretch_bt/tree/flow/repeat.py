@@ -86,7 +86,7 @@ class _Counted(Part):
 @construct
 @dataclass(slots=True)
 class Repeat(_Counted):
-    """Run `do` `times` times; FAILURE at the first that fails."""
+    """Run `do` `times` times, a number that is worked out as the loop begins; FAILURE at the first that fails."""
 
     keyword: ClassVar[str] = "repeat"
     counter: ClassVar[str] = "times"
@@ -96,7 +96,7 @@ class Repeat(_Counted):
 @construct
 @dataclass(slots=True)
 class Retry(_Counted):
-    """Run `do` up to `attempts` times in all, until it succeeds."""
+    """Run `do` up to `attempts` times in all, a number that is worked out as the loop begins, until it succeeds."""
 
     keyword: ClassVar[str] = "retry"
     counter: ClassVar[str] = "attempts"
@@ -135,15 +135,17 @@ class CountedNode(FlowNode):
         self.again = again
         self.keys = keys
         self.passes = 0
+        self.most = 0
 
     def begin(self) -> None:
-        """Count from the start."""
+        """Count from the start, to a number that passes do not change."""
         self.passes = 0
         self.keys.begin()
+        self.most = counted(self.count, self.path, self.counter)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child; go on while it ends with `again` and passes are left."""
-        if self.status is not Status.RUNNING and counted(self.count, self.path, self.counter) == 0:
+        if self.most == 0:
             self.feedback_message = f"{self.counter} is 0"
             return self.again
         if self.child.status is not Status.RUNNING:
@@ -156,7 +158,7 @@ class CountedNode(FlowNode):
             return status
         self.passes += 1
         self.keys.end()
-        if self.passes < self.count():
+        if self.passes < self.most:
             return Status.RUNNING
         if status is Status.FAILURE:
             self.feedback_message = f"{self.passes} attempts failed, the last at {why_failed(self.child)}"

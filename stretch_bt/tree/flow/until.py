@@ -27,7 +27,7 @@ __all__ = ["Until", "UntilNode"]
 @construct
 @dataclass(slots=True)
 class Until(Part):
-    """Run `do`, then ask `that`; SUCCESS when it holds, FAILURE after `max` passes or when `do` fails."""
+    """Run `do`, then ask `that`; SUCCESS when it holds, FAILURE when `do` fails or after `max` passes, worked out as the loop begins."""
 
     that: Wire
     max: Wire
@@ -101,15 +101,17 @@ class UntilNode(FlowNode):
         self.bound = bound
         self.keys = keys
         self.passes = 0
+        self.most = 0
 
     def begin(self) -> None:
-        """Count from the start."""
+        """Count from the start, to a number that passes do not change."""
         self.passes = 0
         self.keys.begin()
+        self.most = counted(self.bound, self.path, "max")
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body; ask the condition after each pass."""
-        if self.status is not Status.RUNNING and counted(self.bound, self.path, "max") == 0:
+        if self.most == 0:
             self.feedback_message = "max is 0"
             return Status.FAILURE
         if self.child.status is not Status.RUNNING:
@@ -123,7 +125,7 @@ class UntilNode(FlowNode):
         self.keys.end()
         if self.that():
             return Status.SUCCESS
-        if self.passes >= self.bound():
+        if self.passes >= self.most:
             self.feedback_message = f"the condition still does not hold after {self.passes} passes"
             return Status.FAILURE
         return Status.RUNNING

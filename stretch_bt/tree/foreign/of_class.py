@@ -105,7 +105,7 @@ def _new_class(cls: Any, declared: list[ClassPort], arguments: list[Argument]) -
     # no attributes of the node, which may be called alike
     node.slots = {name: slot(port, ports) for name, port in ports.items() if port.written}
     owed = [port for port in ports.values() if port.written and not port.check({}).optional]
-    node.owed = sum(bit(port.name, ports) for port in owed)
+    node.owed = node._required = sum(bit(port.name, ports) for port in owed)
     node.instant = getattr(cls, "instant", False) is True
     written = {a.name: a.written for a in arguments if a.written is not None}
     node.made = Made(cls, takes_name(cls), written, {found.port.name: found.written for found in declared})

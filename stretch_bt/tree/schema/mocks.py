@@ -25,7 +25,7 @@ def mocks_schema() -> Schema:
         "required": ["format", "tree"],
         "additionalProperties": False,
         "properties": {
-            "format": {"const": "stretch-mocks/1", "description": "the first line of every mocks file"},
+            "format": {"const": "stretch-mocks/1", "description": "every mocks file has it"},
             "doc": {"type": "string", "description": "what the mocks show"},
             "tree": {"type": "string", "description": "the tree that they are for: a shipped one, or a path from here"},
             "mocks": {"type": "array", "items": ref("mock"), "description": "the first that fits a path is taken"},
@@ -69,7 +69,7 @@ def _mock() -> Schema:
                 "additionalProperties": True,
             },
             "then": {
-                "description": "what comes after the end of a list",
+                "description": "what comes after the end of a list; `fail` comes after the end of the shortest one",
                 "enum": ["repeat_last", "cycle", "fail"],
                 "default": "repeat_last",
             },

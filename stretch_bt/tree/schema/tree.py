@@ -59,7 +59,7 @@ def _top() -> Schema:
         "required": ["format", "trees"],
         "additionalProperties": False,
         "properties": {
-            "format": {"const": FORMAT, "description": "the first line of every tree file"},
+            "format": {"const": FORMAT, "description": "every tree file has it"},
             "doc": {"type": "string", "description": "what the task does, in a sentence or two"},
             "imports": {
                 "type": ["object", "null"],
@@ -194,12 +194,13 @@ def _places(nodes: dict[str, NodeInfo]) -> Schema:
         },
         "children": {"type": "array", "minItems": 1, "items": ref("body")},
         "body": {"anyOf": [ref("node"), ref("children"), ref("bare")]},
-        "tree": {
+        "headed": {
             "type": "object",
             "minProperties": 1,
             "properties": {**names, **words, **_border(), "finally": _finally()},
             "additionalProperties": ref("call"),
         },
+        "tree": {"anyOf": [ref("headed"), ref("children"), ref("bare")]},
     }
 
 

@@ -412,6 +412,20 @@ def test_a_loop_of_no_passes_runs_none_and_one_of_less_is_an_error(
     assert "is -7; a loop runs 0 times or more" in outcome.reason
 
 
+@pytest.mark.parametrize(
+    ("loop", "status", "passes"),
+    [
+        ("repeat: {times: n, do: {set: {n: n + 1}}}", "SUCCESS", 2),
+        ("retry: {attempts: n, do: [set: {n: n + 1}, fail: no]}", "FAILURE", 2),
+        ("until: {that: n > 99, max: n, do: {set: {n: n + 1}}}", "FAILURE", 2),
+        ("repeat: {times: 2, do: {repeat: {times: n, do: {set: {n: n + 1}}}}}", "SUCCESS", 2 + 4),
+    ],
+)
+def test_a_count_is_worked_out_once_as_the_loop_begins(task: Any, loop: str, status: str, passes: int) -> None:
+    outcome = task.run(f"sequence: [{loop}]", "keys: {n: {default: 2}}")
+    assert (outcome.status, len(task.events.writes)) == (status, passes), outcome.reason
+
+
 @pytest.mark.parametrize("before", [0, 1, 7, 33])
 def test_times_on_the_grid_of_ticks_are_over_on_it(task: Any, before: int) -> None:
     """Each sum of ticks, whatever its rounding: a timeout interrupts, and a wait ends, at the tick that it names."""
@@ -440,6 +454,28 @@ def test_the_text_of_log_reaches_the_log_with_the_end_of_the_node(task: Any) -> 
     assert [(tick, status) for tick, _, status, reason in task.events.statuses if reason == "felt the top"] == [
         (2, "SUCCESS")
     ]
+
+
+#: body, with a log beside what fails -> the reason of the failure
+LOGGED = {
+    "{log: late, check: {that: n > 3, else: gone}}": "main/check: gone",
+    "until: {that: n > 3, max: 3, do: {log: late, check: {that: n > 3, else: gone}}}": "main/until: pass 1 failed at main/until/check: gone",
+    "{log: late, repeat: {times: 3, do: {check: {that: n > 3, else: gone}}}}": "main/repeat: pass 1 failed at main/repeat/check: gone",
+    "{log: late, guard: {that: n > 3, name: g}, step: {script: R}}": "main/g: 'n > 3' does not hold: n = 0",
+    "{log: late, skip_if: n > 3, timeout: 100 ms, step: {script: R}}": "main/step:timeout: out of time while main/step was running",
+    "{log: late, sequence: [step: {}, fail: gone]}": "main/fail: gone",
+    "{log: late, step: {script: F}}": "main/step: failed",
+    "run: sub": "main/sub/fail: gone",
+}
+
+
+@pytest.mark.parametrize("body", LOGGED)
+def test_a_log_beside_what_fails_leaves_its_reason(task: Any, body: str) -> None:
+    trees = "sub:\n  log: late\n  fail: gone" if "sub" in body else ""
+    outcome = task.run(f"sequence:\n  - {body}", N, trees)
+    assert (outcome.status, outcome.reason) == ("FAILURE", LOGGED[body])
+    ends = [text for _, path, status, text in task.events.statuses if path.endswith(":log") and status == "FAILURE"]
+    assert ends == ["late"]
 
 
 def test_a_division_by_zero_in_a_run_is_an_error_with_the_place_and_no_traceback(task: Any) -> None:
