@@ -173,11 +173,17 @@ def _drift(means: Array) -> tuple[float, float]:
 
 
 def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
-    """Return a contact whose noise includes the error that a pattern missed: the whole contact may share it."""
+    """Return a contact whose noise includes the error that a pattern missed: the whole contact may share it.
+
+    Both errors make the noise of a pixel, and `noise_area` keeps the variance of a mean over the contact the sum of theirs.
+    """
     check_kind("contact", contact, Contact, MADE)
     check_kind("pattern", pattern, Pattern, LEARNED)
-    shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
-    return replace(contact, noise_area=contact.noise_area + shared)
+    own, left = contact.noise**2, pattern.left**2
+    if not left:
+        return contact
+    area = (own * contact.noise_area + left * len(contact.points)) / (own + left)
+    return replace(contact, noise=math.sqrt(own + left), noise_area=max(area, 1.0))
 
 
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:

@@ -129,11 +129,18 @@ def test_latest_frames_count_only_when_they_are_known_to_be_free():
     assert view.pattern(GAUGE).rate == 0.0, "ten frames show no drift"
 
 
-def test_what_a_pattern_missed_counts_as_noise_of_the_whole_contact():
-    points = np.zeros((500, 3))
-    contact = Contact(points, points, np.zeros((2, 2), np.uint8), 1e-4, None, None, 0.0, points, points, noise_area=3.0)
-    found = learned(uneven(0.3e-3, 8.0, np.random.default_rng(1))).pattern(GAUGE)
-    assert with_left_over(contact, found).noise_area == pytest.approx(3.0 + 500 * (found.left / 1e-4) ** 2)
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("left", [0.0, 1e-5, 1e-4])
+def test_what_a_pattern_missed_counts_as_noise_of_the_whole_contact(noise, left):
+    points, none = np.zeros((500, 3)), np.zeros((220, 200), np.float32)
+    contact = Contact(
+        points, points, np.zeros((2, 2), np.uint8), noise, None, None, 0.0, points, points, noise_area=3.0
+    )
+    found = with_left_over(contact, Pattern(none, none, left, 0.0, 0.0, 0.0, 0.0))
+    assert found.noise == pytest.approx(np.hypot(noise, left))
+    assert 1.0 <= found.noise_area <= 500.0 * (1 + 1e-9)
+    of_mean = found.noise**2 * min(found.noise_area, 500) / 500
+    assert of_mean == pytest.approx(noise**2 * 3.0 / 500 + left**2)
 
 
 def test_what_does_not_fit_is_refused():

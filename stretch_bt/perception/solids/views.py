@@ -60,7 +60,7 @@ def view_of(contact: Contact) -> View:
         )
     world = to_world(points[kept], contact.pose)
     area = max(contact.noise_area, 1.0)
-    shared = contact.noise * float(np.sqrt(area / max(len(contact.points), 1)))
+    shared = contact.noise * float(np.sqrt(min(area / max(len(contact.points), 1), 1.0)))
     return View(world, labels[kept] == CONTACT, np.array(contact.pose.position), max(contact.noise, 1e-6), shared)
 
 
