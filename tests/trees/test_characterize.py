@@ -11,6 +11,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.simulated.operator import indenter
 from stretch_bt.model.calibration.characterization import NAME, read_table
 from stretch_bt.runtime.replay import replay
+from stretch_bt.runtime.ticker import Planned
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.simulation.world import World
@@ -133,7 +134,7 @@ def test_an_interrupted_run_is_gone_on_with(characterize, undisturbed, tmp_path,
     whole = table_of(undisturbed)
     path = tmp_path / "table.csv"
     first = characterize(
-        params={"table": str(path)}, watch=lambda runner: runner.ticker.planned.update({tick: ["SIGINT"]})
+        params={"table": str(path)}, watch=lambda runner: runner.ticker.planned.update({tick: [Planned(["SIGINT"])]})
     )
     assert first.status == "INTERRUPTED"
     measured = path.read_text().count("\n") - 2
