@@ -5,6 +5,8 @@ from itertools import pairwise
 
 import pytest
 
+from stretch_bt.runtime.ticker import Planned
+
 
 @pytest.mark.parametrize(
     ("scene", "seed"),
@@ -40,7 +42,7 @@ def test_the_hand_is_clear_of_the_object_however_the_approach_ends(run):
 
     def stop_while_feeling(runner):
         runners.append(runner)
-        runner.ticker.planned = {180: ["SIGINT"]}
+        runner.ticker.planned = {180: [Planned(["SIGINT"])]}
 
     result = run("palpate_stiffness", scene="seeds_balloon", watch=stop_while_feeling)
     assert result.status == "INTERRUPTED"
