@@ -34,6 +34,7 @@ TRUSTED, LEAST_SHARE = (
     1 / 16,
 )  # whole steps; least share that is taken of one after them, halved where it turns back
 CLOSE = 0.03  # share of the standard deviation of a mean that an answer may still move by
+UNSETTLED = 0.3  # the same after all steps: a slow end adds less than a twentieth to the error
 ROUNDING = 100.0  # units of the resolution up to which residuals are rounding errors
 FAR = 1e3  # lateral sizes beyond which a step comes from a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
@@ -80,10 +81,10 @@ class Settled(Generic[S]):
 
     def check(self, name: str) -> None:
         """Refuse a fit that still moves, or whose errors are too alike for the residuals to show how large they are."""
-        if self.moving >= CLOSE:
+        if self.moving >= UNSETTLED:
             raise IllConditioned(
                 f"the {name} does not settle on the points: after {STEPS} steps it still moves by {self.moving:.2g} of the standard deviation of"
-                f" a mean, and {CLOSE:g} is allowed; fit another shape (`fit_shape`), press deeper, or average more frames"
+                f" a mean, and {UNSETTLED:g} is allowed; fit another shape (`fit_shape`), press deeper, or average more frames"
             )
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
