@@ -106,10 +106,11 @@ class CylinderSurface:
 
 def cylinder_of(settled: Settled[CylinderSurface], sight: Sight) -> Cylinder:
     """Return the cylinder in the caller's frame, m, or refuse one without a clear curvature."""
-    settled.check("cylinder")
+    settled.check_errors("cylinder")
     surface = settled.surface
     k, sd = surface.k, settled.sd(4)
     check_curvature(k, sd, alike=settled.area > 1.0 and not settled.explained)
+    settled.check_settled("cylinder")  # last, as the axis of a plane goes round for ever
     a, b, n = surface.axes
     middle = np.array([0.0, 0.0, surface.c])
     by_point = np.column_stack([[0.0, 0.0, 1.0], b / k, -a / k, np.zeros(3), n / k**2])

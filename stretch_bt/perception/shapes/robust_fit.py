@@ -81,11 +81,19 @@ class Settled(Generic[S]):
 
     def check(self, name: str) -> None:
         """Refuse a fit that still moves, or whose errors are too alike for the residuals to show how large they are."""
+        self.check_settled(name)
+        self.check_errors(name)
+
+    def check_settled(self, name: str) -> None:
+        """Refuse a fit that still moves."""
         if self.moving >= UNSETTLED:
             raise IllConditioned(
                 f"the {name} does not settle on the points: after {STEPS} steps it still moves by {self.moving:.2g} of the standard deviation of"
                 f" a mean, and {UNSETTLED:g} is allowed; fit another shape (`fit_shape`), press deeper, or average more frames"
             )
+
+    def check_errors(self, name: str) -> None:
+        """Refuse a fit whose errors are too alike for the residuals to show how large they are."""
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
             raise IllConditioned(
