@@ -9,8 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stretch_bt.arguments import check_arguments
-from stretch_bt.blame import own_code
-from stretch_bt.errors import Diagnostic, FileError, NodeError, StretchError
+from stretch_bt.errors import Diagnostic, FileError, StretchError, TreeError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.runtime import mocks_file
@@ -31,12 +30,11 @@ from stretch_bt.source import (
     told,
     validate,
 )
-from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.headings import FORMAT as TREE
-from stretch_bt.tree.made import made
+from stretch_bt.tree.made import made_at
 from stretch_bt.tree.program import Program, find_tree, load_program
 from stretch_bt.tree.sweep_file import FORMAT as SWEEP
 
@@ -53,14 +51,11 @@ def _unmade(program: Program) -> list[Diagnostic]:
     leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
     found = []
     for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
-        if leaf.info.cls.update is Behavior.update:
-            message, hint = f"{leaf.info.cls.__name__} does not override update()", "write 'def update(self) -> Status'"
-            found.append(leaf.mark.error("import", message, hint))
         try:
-            with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
-                made(leaf.info.cls, leaf.label)
-        except StretchError as error:
-            found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
+            with redirect_stdout(sys.stderr):
+                made_at(leaf.info.cls, leaf.label, leaf.mark)
+        except TreeError as error:
+            found += error.diagnostics
     return found
 
 
@@ -104,9 +99,10 @@ def _mocks(path: Path) -> list[Diagnostic]:
         return [tree_wrong(found.tree, str(tree), program, "these mocks cannot be checked")]
     try:
         check_mocks(found, program)
-    except NodeError as error:
+    except TreeError as error:
         assert found.tree is not None
-        return [found.tree.mark.error("tree-wrong", str(error), "mend the class of the node, or mock the node")]
+        message = error.diagnostics[0].message
+        return [found.tree.mark.error("tree-wrong", message, "mend the class of the node, or mock the node")]
     return []
 
 
