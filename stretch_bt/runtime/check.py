@@ -13,6 +13,7 @@ from stretch_bt.errors import Diagnostic, FileError, StretchError, TreeError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.runtime import mocks_file
+from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.runtime.sweep_check import check_sweep, modules_below, tree_wrong
@@ -157,7 +158,8 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
 def check_file(path: str | Path) -> list[Diagnostic]:
     """Return the findings of one file, or of the shipped tree of that name."""
     try:
-        return _as_given(_CHECKS[_format(path)](Path(path)), path)
+        with apart():
+            return _as_given(_CHECKS[_format(path)](Path(path)), path)
     except FileError as error:
         return _as_given(error.diagnostics, path)
 
@@ -182,9 +184,10 @@ def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagno
     beyond: list[Diagnostic] = []
     for path in paths:
         if _is_tree(path):
-            program = load_program(path)
-            if not program.errors and "main" in program.document.trees and not _unmade(program):
-                beyond += _as_given(beyond_cell(program, spec, path), path)
+            with apart():
+                program = load_program(path)
+                if not program.errors and "main" in program.document.trees and not _unmade(program):
+                    beyond += _as_given(beyond_cell(program, spec, path), path)
     return beyond
 
 
