@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput
-from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, is_nothing, told, unknown_key
+from stretch_bt.source import Map, Scalar, Seq, Value, closest, did_you_mean, is_nothing, told, unknown_key
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
 from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
-from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
+from stretch_bt.units import KINDS, kind_of, misspelt_quantity, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys", "wrong_unit"]
 
 #: what a scene knows of an object beside the measurements of nodes
 OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
+_FRACTION = re.compile(r"\s*([0-9]+)\s*/\s*([1-9][0-9]*)\s*")
 FIELDS = ("type", "default", "min", "max", "unit", "doc")
 
 
@@ -60,6 +62,8 @@ class Declarations:
         else:
             type_value, spec = None if is_nothing(spec) else spec, Map((), spec.mark)
         type_ = self.type(key, type_value, what) if type_value is not None else self.of_values(key, spec, what)
+        if type_value is None and self.misspelt(spec.get("default")):
+            type_ = ANY
         made = Declared(key.text, type_, key.mark, doc=self.text(spec.get("doc")))
         made.doubtful = type_ is ANY  # which was noted
         made.has_default = "default" in spec
@@ -70,6 +74,23 @@ class Declarations:
                 self.found.append(refused.diagnostic)
                 made.doubtful = True
         return made
+
+    def misspelt(self, value: Value | None) -> bool:
+        """Note each quantity with a misspelt unit in a default without a type, which would be a text in silence."""
+        items = [value] if isinstance(value, Scalar) else value.items if isinstance(value, Seq) else ()
+        before = len(self.found)
+        for item in items:
+            text = item.text if isinstance(item, Scalar) else ""
+            if (fraction := _FRACTION.fullmatch(text)) is not None:
+                message, hint = (
+                    f"{text!r} is worked out nowhere",
+                    f"write '{float(fraction[1]) / float(fraction[2]):.6g}'",
+                )
+                self.found.append(item.mark.error("type-mismatch", message, f"{hint}, or add 'type: str' for a text"))
+            elif (meant := misspelt_quantity(text)) is not None:
+                message, hint = f"{text!r} has a unit that is not known", f"{meant}, or add 'type: str' for a text"
+                self.found.append(item.mark.error("unit-unknown", message, hint))
+        return len(self.found) > before
 
     def text(self, value: Value | None) -> str:
         """Read a doc."""
