@@ -20,6 +20,7 @@ __all__ = ["Declarations", "known_keys", "wrong_unit"]
 #: what a scene knows of an object beside the measurements of nodes
 OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
 _FRACTION = re.compile(r"\s*([0-9]+)\s*/\s*([1-9][0-9]*)\s*")
+_LIST = re.compile(r"\s*\w*\s*[\[(<]\s*(\w+)\s*[\])>]\s*|\s*(\w+)\s*\[\s*\]\s*")
 FIELDS = ("type", "default", "min", "max", "unit", "doc")
 
 
@@ -118,6 +119,8 @@ class Declarations:
 
     def type(self, key: Scalar, value: Value, what: str) -> Type:
         """Read the name of a type."""
+        if isinstance(value, Seq) and len(value.items) == 1 and isinstance(value.items[0], Scalar):  # `[Length]`
+            value = Scalar(f"[{value.items[0].text}]", False, value.mark)
         if not isinstance(value, Scalar) or not value.text:
             message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
             self.found.append(key.mark.error("type-missing", message, hint))
@@ -132,6 +135,7 @@ class Declarations:
             )
             hint = (
                 listed
+                or _meant_as_list(value.text, known)
                 or _meant_as_default(value)
                 or did_you_mean(value.text, known)
                 or f"known here: {', '.join(known)}"
@@ -213,6 +217,13 @@ def wrong_unit(made: Declared) -> Diagnostic | None:
     text, made.unit = made.unit, None
     hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
     return made.unit_mark.error("unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
+
+
+def _meant_as_list(text: str, known: Iterable[str]) -> str:
+    """Return a hint for `[Length]`, `List[Length]` or `list[Lenght]`, or nothing."""
+    match = _LIST.fullmatch(text)
+    guess = match and closest(match[1] or match[2], known)
+    return f"write 'list[{guess}]', in quotes between braces" if guess else ""
 
 
 def _meant_as_default(value: Scalar) -> str:
