@@ -156,7 +156,8 @@ class Wiring:
         if not re.fullmatch(r"\$[A-Za-z_]\w*", text, re.ASCII):
             message = f"{what} is an {kind}, so it takes a $key, not {text or 'this'!r}"
             self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
-            return None
+            # with its dollar it is that key, so that what reads the key is right
+            return name if name in self.signature.keys or name in self.signature.outs else None
         declared = self.signature.declared(name)
         if declared is None:  # its name is no key's
             self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")
