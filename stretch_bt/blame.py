@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
 
-from stretch_bt.errors import InvalidInput, NodeError, StretchError, named, writable
+from stretch_bt.errors import InvalidInput, NodeError, StretchError, TreeError, named, writable
 from stretch_bt.forked import alone
 
 __all__ = ["Broken", "blame", "own_code", "place_of", "place_of_thread"]
@@ -42,7 +42,9 @@ def blame(error: BaseException) -> Broken | None:
 
     For a refusal of this package, the words say all but where the user's own code asked for it.
     """
-    cause = error.__cause__ if isinstance(error, NodeError) and error.__cause__ is not None else error
+    cause = error
+    while isinstance(cause, NodeError | TreeError) and cause.__cause__ is not None:
+        cause = cause.__cause__
     told = isinstance(cause, StretchError) and not isinstance(cause, NodeError)
     if told and not (isinstance(cause, InvalidInput) and _is_foreign(cause)):
         return None

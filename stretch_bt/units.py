@@ -43,6 +43,7 @@ __all__ = [
     "format_quantity",
     "is_number",
     "kind_of",
+    "misspelt_quantity",
     "parse_quantity",
     "parse_unit",
     "plain_list",
@@ -256,6 +257,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
 #: words that people write for a unit
 _WORDS_FOR_UNITS = {
     "sec": "s",
+    "msec": "ms",
     "second": "s",
     "minute": "min",
     "hour": "h",
@@ -432,12 +434,39 @@ def suggest_quantity(text: str, dimension: Dimension) -> str:
     if match is None or not math.isfinite(float(match[1].replace(",", "."))):
         return f"write a number and a unit, as in '10 {unit}'"
     number, word = match[1].replace(",", "."), match[2]
-    spelt = get_close_matches(word.lower().removesuffix("s") or word, _WORDS_FOR_UNITS, n=1, cutoff=0.85)
-    meant = [_WORDS_FOR_UNITS[spelt[0]]] if spelt else []
-    known = {name: d for name, (_, d) in _UNITS.items()} | {k.unit: k.dimension for k in KINDS.values()}
-    alike = [name for name in known if name.lower() == word.lower()]
-    fitting = [name for name in (word, *meant, *alike) if known.get(name) == dimension]
+    known = _known_units()
+    fitting = [name for name in (word, *_units_like(word)) if known.get(name) == dimension]
     return f"write '{number} {fitting[0]}'" if fitting else f"use one of {', '.join(unit_names(dimension))}"
+
+
+def misspelt_quantity(text: str) -> str | None:
+    """Return advice for text that reads as a quantity of whatever kind, as `2 sec` does, and is none; None for any other text.
+
+    A word that is written to the number without a space is taken for a unit only where it is like one: `2nd` is text.
+    """
+    match = _LIKE_A_QUANTITY.fullmatch(text)
+    if match is None or not match[2]:
+        return None
+    number, word = match[1].replace(",", "."), match[2]
+    try:
+        parse_unit(word)
+        return f"write '{number} {word}'" if "," in match[1] else None
+    except InvalidInput:
+        like = _units_like(word)
+    if like:
+        return f"write '{number} {like[0]}'"
+    return "write a number and a unit, as in '10 mm'" if text.strip().count(" ") == 1 else None
+
+
+def _known_units() -> dict[str, Dimension]:
+    return {name: d for name, (_, d) in _UNITS.items()} | {k.unit: k.dimension for k in KINDS.values()}
+
+
+def _units_like(word: str) -> list[str]:
+    """Return the units that a word may mean: one that it spells out, and those of other case."""
+    spelt = get_close_matches(word.lower().removesuffix("s") or word, _WORDS_FOR_UNITS, n=1, cutoff=0.85)
+    alike = [name for name in _known_units() if name.lower() == word.lower()]
+    return [*(_WORDS_FOR_UNITS[name] for name in spelt), *alike]
 
 
 def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4) -> str:

@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from stretch_bt.arguments import check_arguments
-from stretch_bt.blame import own_code
-from stretch_bt.errors import Diagnostic, FileError, NodeError, StretchError
+from stretch_bt.errors import Diagnostic, FileError, StretchError, TreeError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.runtime import mocks_file
+from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.runtime.sweep_check import check_sweep, modules_below, tree_wrong
@@ -31,12 +31,11 @@ from stretch_bt.source import (
     told,
     validate,
 )
-from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.headings import FORMAT as TREE
-from stretch_bt.tree.made import made
+from stretch_bt.tree.made import made_at
 from stretch_bt.tree.program import Program, find_tree, load_program
 from stretch_bt.tree.sweep_file import FORMAT as SWEEP
 
@@ -53,14 +52,11 @@ def _unmade(program: Program) -> list[Diagnostic]:
     leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
     found = []
     for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
-        if leaf.info.cls.update is Behavior.update:
-            message, hint = f"{leaf.info.cls.__name__} does not override update()", "write 'def update(self) -> Status'"
-            found.append(leaf.mark.error("import", message, hint))
         try:
-            with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
-                made(leaf.info.cls, leaf.label)
-        except StretchError as error:
-            found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
+            with redirect_stdout(sys.stderr):
+                made_at(leaf.info.cls, leaf.label, leaf.mark)
+        except TreeError as error:
+            found += error.diagnostics
     return found
 
 
@@ -104,9 +100,10 @@ def _mocks(path: Path) -> list[Diagnostic]:
         return [tree_wrong(found.tree, str(tree), program, "these mocks cannot be checked")]
     try:
         check_mocks(found, program)
-    except NodeError as error:
+    except TreeError as error:
         assert found.tree is not None
-        return [found.tree.mark.error("tree-wrong", str(error), "mend the class of the node, or mock the node")]
+        message = error.diagnostics[0].message
+        return [found.tree.mark.error("tree-wrong", message, "mend the class of the node, or mock the node")]
     return []
 
 
@@ -161,7 +158,8 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
 def check_file(path: str | Path) -> list[Diagnostic]:
     """Return the findings of one file, or of the shipped tree of that name."""
     try:
-        return _as_given(_CHECKS[_format(path)](Path(path)), path)
+        with apart():
+            return _as_given(_CHECKS[_format(path)](Path(path)), path)
     except FileError as error:
         return _as_given(error.diagnostics, path)
 
@@ -186,9 +184,10 @@ def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagno
     beyond: list[Diagnostic] = []
     for path in paths:
         if _is_tree(path):
-            program = load_program(path)
-            if not program.errors and "main" in program.document.trees and not _unmade(program):
-                beyond += _as_given(beyond_cell(program, spec, path), path)
+            with apart():
+                program = load_program(path)
+                if not program.errors and "main" in program.document.trees and not _unmade(program):
+                    beyond += _as_given(beyond_cell(program, spec, path), path)
     return beyond
 
 

@@ -15,7 +15,7 @@ from stretch_bt.tree.build import build
 from stretch_bt.tree.document import Document, Param
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.renamed import renamed
-from stretch_bt.tree.sweep_file import SweepFile, load_sweep
+from stretch_bt.tree.sweep_file import SweepFile, read_sweep
 from stretch_bt.tree.values import Refused, check_bounds, literal
 
 __all__ = ["CheckedSweep", "check_sweep", "modules_below", "tree_wrong"]
@@ -46,9 +46,10 @@ def check_sweep(path: str | Path) -> CheckedSweep:
     Raises
     ------
     SweepError
-        The sweep file itself cannot be read; mistakes in the files that it names are in `diagnostics`.
+        Nothing of the sweep file can be read; all other mistakes, in the files that it names too, are in `diagnostics`.
     """
-    found = CheckedSweep(load_sweep(path), {}, [])
+    file, wrong = read_sweep(path)
+    found = CheckedSweep(file, {}, wrong)
     for name in found.file.trees:
         found.diagnostics.extend(_tree(found, name))
     for name in found.file.scenes:

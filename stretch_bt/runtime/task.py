@@ -199,16 +199,16 @@ def _simulates(task: Task, given: BorrowedDevices | None) -> bool:
 
 
 def _asked_of(task: Task, given: BorrowedDevices | None) -> Mapping[Scalar, Scalar]:
-    """Return the params that the scene of a run asks for; none where it simulates nothing."""
+    """Return the params that the scene of a run asks for, on mocks too; none where its cell is not simulated."""
     if given is not None:
-        return given.scene_params if task.devices() else {}
-    if not _simulates(task, given):
+        return given.scene_params
+    if not task.scene:
         return {}
     from stretch_bt.simulation.scene import scene_params
 
     asked = scene_params(str(task.scene))
     # few scenes ask for anything: only then is the cell looked at here as well
-    return asked if asked and (spec := task.cell_spec()) is not None and spec.simulated else {}
+    return asked if asked and ((spec := task.cell_spec()) is None or spec.simulated) else {}
 
 
 def _with_asked(task: Task, asked: Mapping[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:

@@ -62,15 +62,15 @@ def closest(word: str, known: Iterable[str], alike: float = 0.6) -> str | None:
     return folded[match[0]] if match else None
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a suggestion: the closest known word, or all of them when few, or nothing."""
+def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
+    """Return a suggestion: the closest known word, or all of them when few, or nothing; each stands behind the prefix, which is right."""
     if _spent() and isinstance(known, Collection) and len(known) > _FEW:
         return ""
     known = sorted(known)
     match = closest(word, known)
     if match is not None:
-        return f"did you mean {match!r}?"
-    return f"known here: {', '.join(known)}" if 0 < len(known) <= _FEW else ""
+        return f"did you mean {prefix + match!r}?"
+    return f"known here: {', '.join(prefix + word for word in known)}" if 0 < len(known) <= _FEW else ""
 
 
 def unknown_key(key: Scalar, value: Value, known: Iterable[str]) -> str:

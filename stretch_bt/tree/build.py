@@ -9,8 +9,7 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.blame import own_code
-from stretch_bt.errors import Absent
+from stretch_bt.errors import Absent, TreeError
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING, BoundedCell, Cell
 from stretch_bt.tree.context import Context
@@ -34,7 +33,7 @@ from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
 from stretch_bt.tree.foreign.node import ForeignNode
-from stretch_bt.tree.made import made
+from stretch_bt.tree.made import made_at
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
@@ -110,7 +109,13 @@ class BuiltTree:
 
 
 def build(program: Program, context: Context, substitutes: Substitutes | None = None, within: str = "") -> BuiltTree:
-    """Build the main tree of a checked program; touches no device. Paths begin with `within`, where several trees share devices."""
+    """Build the main tree of a checked program; touches no device. Paths begin with `within`, where several trees share devices.
+
+    Raises
+    ------
+    TreeError
+        The class of a node makes no node that could run.
+    """
     return Builder(program, context, substitutes, within).main()
 
 
@@ -141,10 +146,12 @@ class Builder:
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
         self.readings: set[str] = set()
+        #: classes that make no node, each with the error of its first place
+        self.unmade: dict[type[Behavior], TreeError] = {}
         self.frame = _Frame(program.main.signature, self.base)
 
     def main(self) -> BuiltTree:
-        """Build the main tree."""
+        """Build the main tree; raises TreeError with every class of a node that makes none."""
         body = self.program.main
         border = (
             body.signature.outs,
@@ -154,6 +161,9 @@ class Builder:
         self.own_cells(self.frame, [*body.signature.keys.values(), *(d for table in border for d in table.values())])
         root = self.root(body.part, self.base)
         finish = self.root(body.finish, f"{self.base}/finally") if body.finish else None
+        if self.unmade:
+            errors = list(self.unmade.values())
+            raise TreeError([found for error in errors for found in error.diagnostics]) from errors[0].__cause__
         outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
         return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices, self.readings)
 
@@ -277,8 +287,11 @@ class Builder:
 
     def leaf(self, part: Leaf, path: str) -> Behavior:
         """Build a node of the registry with its ports bound."""
-        with own_code(path, f"{part.info.cls.__name__}()"):
-            node = made(part.info.cls, path)
+        try:
+            node = made_at(part.info.cls, path, part.mark)
+        except TreeError as error:
+            self.unmade.setdefault(part.info.cls, error)
+            node = Behavior(path)
         node.path = path
         node.context = self.context
         node.device_names = {port: self.frame.devices.get(name, name) for port, name in part.devices.items()}

@@ -55,7 +55,14 @@ class DataFlow:
             for name, mark in wire.reads:
                 if not wire.optional and name not in known and (name, mark) not in self._seen:
                     self._seen.add((name, mark))
+                    if self._is_meant_param(name):
+                        continue
                     self.diagnostics.append(self._beside(name, mark) if name in beside else self._unset(name, mark))
+
+    def _is_meant_param(self, name: str) -> bool:
+        """Whether a key has the name of a param, which was told where it is written: a read of it is right once that is mended."""
+        declared = self.signature.declared(name)
+        return declared is not None and declared.inferred and name in self.signature.document.params
 
     def read_over(self, inouts: Mapping[str, tuple[str, Mark]], optional: Container[str], known: Known) -> None:
         """Note each key that is read and written over, as one that is read; an optional one may be unset."""

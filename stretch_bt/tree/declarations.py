@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput
-from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, is_nothing, told, unknown_key
+from stretch_bt.source import Map, Scalar, Seq, Value, closest, did_you_mean, is_nothing, told, unknown_key
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
 from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
-from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
+from stretch_bt.units import KINDS, kind_of, misspelt_quantity, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys", "wrong_unit"]
 
 #: what a scene knows of an object beside the measurements of nodes
 OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
+_FRACTION = re.compile(r"\s*([0-9]+)\s*/\s*([1-9][0-9]*)\s*")
+_LIST = re.compile(r"\s*\w*\s*[\[(<]\s*(\w+)\s*[\])>]\s*|\s*(\w+)\s*\[\s*\]\s*")
 FIELDS = ("type", "default", "min", "max", "unit", "doc")
 
 
@@ -60,6 +63,8 @@ class Declarations:
         else:
             type_value, spec = None if is_nothing(spec) else spec, Map((), spec.mark)
         type_ = self.type(key, type_value, what) if type_value is not None else self.of_values(key, spec, what)
+        if type_value is None and self.misspelt(spec.get("default")):
+            type_ = ANY
         made = Declared(key.text, type_, key.mark, doc=self.text(spec.get("doc")))
         made.doubtful = type_ is ANY  # which was noted
         made.has_default = "default" in spec
@@ -70,6 +75,23 @@ class Declarations:
                 self.found.append(refused.diagnostic)
                 made.doubtful = True
         return made
+
+    def misspelt(self, value: Value | None) -> bool:
+        """Note each quantity with a misspelt unit in a default without a type, which would be a text in silence."""
+        items = [value] if isinstance(value, Scalar) else value.items if isinstance(value, Seq) else ()
+        before = len(self.found)
+        for item in items:
+            text = item.text if isinstance(item, Scalar) else ""
+            if (fraction := _FRACTION.fullmatch(text)) is not None:
+                message, hint = (
+                    f"{text!r} is worked out nowhere",
+                    f"write '{float(fraction[1]) / float(fraction[2]):.6g}'",
+                )
+                self.found.append(item.mark.error("type-mismatch", message, f"{hint}, or add 'type: str' for a text"))
+            elif (meant := misspelt_quantity(text)) is not None:
+                message, hint = f"{text!r} has a unit that is not known", f"{meant}, or add 'type: str' for a text"
+                self.found.append(item.mark.error("unit-unknown", message, hint))
+        return len(self.found) > before
 
     def text(self, value: Value | None) -> str:
         """Read a doc."""
@@ -97,6 +119,8 @@ class Declarations:
 
     def type(self, key: Scalar, value: Value, what: str) -> Type:
         """Read the name of a type."""
+        if isinstance(value, Seq) and len(value.items) == 1 and isinstance(value.items[0], Scalar):  # `[Length]`
+            value = Scalar(f"[{value.items[0].text}]", False, value.mark)
         if not isinstance(value, Scalar) or not value.text:
             message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
             self.found.append(key.mark.error("type-missing", message, hint))
@@ -111,6 +135,7 @@ class Declarations:
             )
             hint = (
                 listed
+                or _meant_as_list(value.text, known)
                 or _meant_as_default(value)
                 or did_you_mean(value.text, known)
                 or f"known here: {', '.join(known)}"
@@ -192,6 +217,13 @@ def wrong_unit(made: Declared) -> Diagnostic | None:
     text, made.unit = made.unit, None
     hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
     return made.unit_mark.error("unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
+
+
+def _meant_as_list(text: str, known: Iterable[str]) -> str:
+    """Return a hint for `[Length]`, `List[Length]` or `list[Lenght]`, or nothing."""
+    match = _LIST.fullmatch(text)
+    guess = match and closest(match[1] or match[2], known)
+    return f"write 'list[{guess}]', in quotes between braces" if guess else ""
 
 
 def _meant_as_default(value: Scalar) -> str:

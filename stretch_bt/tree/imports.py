@@ -71,8 +71,9 @@ class Imports(HeadingReader):
             found = len(self.doc.diagnostics)
             if not isinstance(target, Scalar) or not target.text:
                 self.error(target.mark, "import", f"{key.text} names no file or module", "write 'name: lib/file.yaml'")
-            elif self.good_name(key, "import") and target.text.endswith((".yaml", ".yml")):
-                self._trees(key, target)
+            elif target.text.endswith((".yaml", ".yml")):
+                if self.good_name(key, "import"):
+                    self._trees(key, target)
             else:
                 self._python(key, target)
             if len(self.doc.diagnostics) > found and key.text not in self.doc.imports:

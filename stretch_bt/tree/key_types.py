@@ -23,7 +23,7 @@ _ROUNDS = 50  # a chain of keys, each set from the one before, is as long as tha
 
 @dataclass(slots=True)
 class KeyWriter:
-    """A place that writes a key: of a type, or of the type of a value; `item` takes the items of it, `each` makes a list of it."""
+    """A place that writes a key: of a type, or of the type of a value; `item` takes its items, `each` makes a list of it, `over` reads it before."""
 
     key: str
     mark: Mark
@@ -31,6 +31,7 @@ class KeyWriter:
     value: Value | None = None
     item: bool = False
     each: bool = False
+    over: bool = False
 
 
 class KeyTypes:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 from stretch_bt.errors import Diagnostic
@@ -137,12 +138,12 @@ class _Keys:
             elif word == "for_each" and isinstance(given.get("as"), Scalar):
                 yield from _named(given.get("as"), items=given.get("items"))
                 self.check_index(given)
-            for port, type_ in self.ports.at(place).outputs.items():
+            ports = self.ports.at(place)
+            for port, type_ in ports.outputs.items():
                 value = given.get(port)
-                if value is not None and is_nothing(value):
-                    yield KeyWriter(port, given.key(port).mark, type_)
-                else:
-                    yield from _named(value, type_)
+                short = value is not None and is_nothing(value)
+                named = [KeyWriter(port, given.key(port).mark, type_)] if short else _named(value, type_)
+                yield from (replace(writer, over=port in ports.over) for writer in named)
             if is_construct(word):
                 yield from _named(given.get("index"), INT)
                 collect = given.get("collect")
@@ -245,9 +246,13 @@ class _Keys:
     def check_name(self, writer: KeyWriter) -> None:
         """Note a key that has the name of something else; an input may have the name of a param, which it then hides."""
         name, param = writer.key, self.document.params.get(writer.key)
+        hint = "rename one of them"
         if name in self.signature.ins or name in self.clashes:
             return
-        if param is not None:
+        if param is not None and writer.over:
+            message = f"${name} is a param (line {param.mark.line}), and an inout is written, which a param never is"
+            hint = f"copy it to a key first, as in 'set: {{{name}_now: {name}}}', and give '${name}_now'"
+        elif param is not None:
             message = f"${name} has the name of a param (line {param.mark.line})"
         elif name in self.document.devices:
             message = f"${name} has the name of a device (line {self.document.devices[name].mark.line})"
@@ -256,7 +261,7 @@ class _Keys:
         else:
             return
         self.clashes.add(name)
-        self.found.append(writer.mark.error("key-duplicate", message, "rename one of them"))
+        self.found.append(writer.mark.error("key-duplicate", message, hint))
 
 
 def _is(given: Value, name: str) -> bool:

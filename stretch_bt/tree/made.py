@@ -1,13 +1,27 @@
-"""Making one node of its class, and refusing one that lacks what every node has."""
+"""Making one node of its class, and refusing one that lacks what every node has, at its place where it has one."""
 
 from __future__ import annotations
 
 from functools import cache
 
-from stretch_bt.errors import NodeError, shown
+from stretch_bt.blame import own_code
+from stretch_bt.errors import NodeError, StretchError, TreeError, shown
+from stretch_bt.source import Mark
 from stretch_bt.tree.behavior import Behavior
 
-__all__ = ["base_attributes", "made"]
+__all__ = ["base_attributes", "made", "made_at"]
+
+
+def made_at(cls: type[Behavior], path: str, mark: Mark) -> Behavior:
+    """Return a node of this class for a place of a file; raises TreeError, at that place, for a class whose nodes cannot run."""
+    if cls.update is Behavior.update:
+        message = f"{cls.__name__} does not override update()"
+        raise TreeError([mark.error("import", message, "write 'def update(self) -> Status'")])
+    try:
+        with own_code(path, f"{cls.__name__}()"):
+            return made(cls, path)
+    except StretchError as error:
+        raise TreeError([mark.error("import", str(error), "mend the class of the node")]) from error
 
 
 def made(cls: type[Behavior], path: str) -> Behavior:

@@ -64,7 +64,7 @@ class NodeWiring(Wiring):
             elif declared is not None and declared.role is Role.INPUT:
                 self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
             elif key.text in inouts:
-                self.sink(found.inouts, key, given, inouts[key.text], f"{info.name}.{key.text}")
+                self.sink(found.inouts, key, given, inouts[key.text], f"{info.name}.{key.text}", "inout")
             elif key.text in outputs:
                 self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
         self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
@@ -79,7 +79,7 @@ class NodeWiring(Wiring):
                 and name not in found.inouts
                 and not (carried and self._may_carry(carried))
             ):
-                self.missing(mark, info.name, name, info.types[name])
+                self.missing(mark, info.name, name, info.types[name], over=name in inouts)
         for declared in info.of(Role.DEVICE):
             if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
                 self.default_device(found, declared, mark)
@@ -201,13 +201,14 @@ class NodeWiring(Wiring):
                 found.outputs[name] = (name, mark)
                 found.left_out.add(name)
 
-    def missing(self, mark: Mark, what: str, name: str, type_: Type) -> None:
-        """Note an input that must be given and is not."""
-        hint = f"add '{name}: {sample(type_)}'"
+    def missing(self, mark: Mark, what: str, name: str, type_: Type, *, over: bool = False) -> None:
+        """Note an input that must be given and is not; one that is written `over` as well takes a key alone."""
+        hint = f"add '{name}: {'$key' if over else sample(type_)}'"
         if type_.is_record:
             by = ", ".join(map(repr, givers(type_)[:3])) or "some node"
             hint = f"nothing before it writes {name!r}; {by} gives one, or {hint}"
-        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
+        kind = f"{type_}, an inout" if over else str(type_)
+        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({kind})", hint)
 
     def device(self, found: Leaf, declared: Port, value: Value) -> None:
         """Wire a device port to a declared device."""
@@ -277,7 +278,7 @@ class NodeWiring(Wiring):
                 declared = target.ins[key.text]
                 self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
             elif key.text in target.inouts:
-                self.sink(found.inouts, key, given, target.inouts[key.text].type, f"{target.name}.{key.text}")
+                self.sink(found.inouts, key, given, target.inouts[key.text].type, f"{target.name}.{key.text}", "inout")
             elif key.text in target.outs and target.outs[key.text].scene:
                 message = f"the scene alone knows {key.text!r} of {target.name!r}, and no tree may read it"
                 self.error(key.mark, "output-of-scene", message, "leave it out")
@@ -288,7 +289,9 @@ class NodeWiring(Wiring):
         self.records_both(found, {d.name: d.type for d in target.inouts.values()}, ports, mark)
         for name in required:
             if not any(name in given for given in (ports, meant, found.inputs, found.inouts)):
-                self.missing(mark, target.name, name, (target.ins | target.inouts)[name].type)
+                self.missing(
+                    mark, target.name, name, (target.ins | target.inouts)[name].type, over=name in target.inouts
+                )
         return found
 
 

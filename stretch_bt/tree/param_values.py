@@ -59,10 +59,12 @@ def _take(param: Param, text: Any, name: str, mark: Mark) -> None:
 
 
 def _unknown(doc: Document, name: str) -> None:
-    known = [*doc.params, *(f"{p}.{n}" for p, d in doc.imports.items() for n in d.params)]
+    full = doc.prefix + name
+    within = [*doc.params, *(f"{p}.{n}" for p, d in doc.imports.items() for n in d.params)]
     now = renamed(Path(doc.file).stem, name)
-    hint = f"it is called {now!r} now: write '--set {now}=...'" if now else did_you_mean(name, known)
-    at, message = Mark("--set", 1, 1, len(name)), f"there is no param {doc.prefix + name!r}"
+    hint = f"it is called {now!r} now: write '--set {doc.prefix}{now}=...'" if now else ""
+    hint = hint or did_you_mean(name, within, doc.prefix)
+    at, message = Mark("--set", 1, 1, len(full)), f"there is no param {full!r}"
     doc.diagnostics.append(at.error("param-unknown", message, hint or "its file has no params"))
 
 

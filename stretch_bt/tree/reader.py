@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, unknown_key
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, is_nothing, unknown_key
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow import CONSTRUCTS, Broken, Part
@@ -203,7 +203,7 @@ class Reader(NodeWiring):
         for name, value in pairs:
             if isinstance(value, Scalar) and value.text.startswith("$"):
                 found.keys[value.text[1:]] = value.mark
-            elif key.text == "set":
+            elif key.text == "set" or is_nothing(value):
                 found.keys[name.text.removeprefix("$")] = name.mark
             elif name.text == "do":
                 places.append(value)

@@ -39,6 +39,8 @@ __all__ = [
     "fields_of",
     "find",
     "first_paragraph",
+    "forget",
+    "known",
     "load_all",
     "lookup",
     "node",
@@ -258,6 +260,17 @@ def load_all() -> dict[str, NodeInfo]:
     _import_library()
     _import_installed()
     return dict(sorted(_nodes.items()))
+
+
+def known() -> dict[str, NodeInfo]:
+    """Return the nodes registered so far by name; imports nothing."""
+    return dict(_nodes)
+
+
+def forget(names: Iterable[str]) -> None:
+    """Take nodes of own modules out of the registry."""
+    for name in names:
+        del _nodes[name]
 
 
 def _shipped(name: str) -> NodeInfo | None:

@@ -16,7 +16,7 @@ from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_null, load, vali
 from stretch_bt.tree.values import written
 from stretch_bt.units import Time, Within, parse_quantity
 
-__all__ = ["FORMAT", "SweepFile", "load_sweep", "sweep_schema"]
+__all__ = ["FORMAT", "SweepFile", "read_sweep", "sweep_schema"]
 
 FORMAT = "stretch-sweep/1"
 #: items of a sweep; more is a slip of the pen, and their keys alone would fill the memory
@@ -139,20 +139,27 @@ class SweepFile:
         return len(self.trees) * scenes * len(self.seeds) * prod(len(values) for values in self.choices.values())
 
 
-def load_sweep(path: str | Path) -> SweepFile:
-    """Read a sweep file; the files that it names are not read.
+def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
+    """Read a sweep file, not the files that it names; return also every mistake in it, with any of which it has the defaults.
 
     Raises
     ------
     SweepError
-        With every mistake at its line and column.
+        Nothing of it can be read.
     """
     file = str(path)
     try:
         source = load(Path(path), file)
-        made = validate(_SweepFile, source)
     except FileError as error:
         raise SweepError(error.diagnostics) from None
+    wrong: list[Diagnostic] = []
+    try:
+        made = validate(_SweepFile, source)
+    except FileError as error:
+        wrong = sorted(error.diagnostics, key=lambda d: (d.line, d.column))
+        if any(d.code == "format-unknown" for d in wrong):  # a file of another kind
+            raise SweepError(wrong) from None
+        made = _SweepFile.model_construct()
     choices, given = source.get("set"), source.get("tolerance")
     table = choices.pairs if isinstance(choices, Map) else ()
     found = SweepFile(
@@ -170,10 +177,7 @@ def load_sweep(path: str | Path) -> SweepFile:
         limit=made.limit,
         record=made.record,
     )
-    wrong = [*_twice(found), *_too_many(found, source)]
-    if wrong:
-        raise SweepError(wrong)
-    return found
+    return found, [*wrong, *_twice(found), *_too_many(found, source)]
 
 
 def sweep_schema() -> dict[str, Any]:

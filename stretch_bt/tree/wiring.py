@@ -127,9 +127,17 @@ class Wiring:
             return self.scope.is_doubtful((name,))
         return True
 
-    def sink(self, sinks: dict[str, tuple[str, Mark]], key: Scalar, value: Value, type_: Type, what: str) -> None:
-        """Wire an output port; a key that two outputs of one node write keeps only one of them."""
-        name = self.output(value, type_, what)
+    def sink(
+        self,
+        sinks: dict[str, tuple[str, Mark]],
+        key: Scalar,
+        value: Value,
+        type_: Type,
+        what: str,
+        kind: str = "output",
+    ) -> None:
+        """Wire an output port, or an inout; a key that two outputs of one node write keeps only one of them."""
+        name = self.output(value, type_, what, kind)
         if name is None:
             return
         other = next((port for port, (used, _) in sinks.items() if used == name), None)
@@ -138,17 +146,18 @@ class Wiring:
             self.error(value.mark, "key-duplicate", message, "use two keys")
         sinks[key.text] = (name, value.mark)
 
-    def output(self, value: Value, type_: Type | None, what: str) -> str | None:
-        """Return the key that an output writes."""
+    def output(self, value: Value, type_: Type | None, what: str, kind: str = "output") -> str | None:
+        """Return the key that an output, or an inout, writes."""
         text = value.text if isinstance(value, Scalar) else ""
         name = text.removeprefix("$")
         if not text.isascii() and text[:1] == "$":
             self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")
             return None
         if not re.fullmatch(r"\$[A-Za-z_]\w*", text, re.ASCII):
-            message = f"{what} is an output, so it takes a $key, not {text or 'this'!r}"
+            message = f"{what} is an {kind}, so it takes a $key, not {text or 'this'!r}"
             self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
-            return None
+            # with its dollar it is that key, so that what reads the key is right
+            return name if name in self.signature.keys or name in self.signature.outs else None
         declared = self.signature.declared(name)
         if declared is None:  # its name is no key's
             self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")

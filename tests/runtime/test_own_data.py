@@ -7,7 +7,7 @@ import pytest
 
 import stretch_bt
 from stretch_bt import check
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.replay import replay
 from stretch_bt.units import Estimate
@@ -107,9 +107,12 @@ def test_an_output_is_not_written_by_another_thread(run, tmp_path, written):
     assert ["another thread" in error for error in result.errors] == [True]  # and the record is whole
 
 
-def test_a_node_without_an_update_is_found_before_a_run(written):
+def test_a_node_without_an_update_is_found_before_a_run(run, written):
     path = written("trees: {main: {sequence: [empty]}}\n")
     assert [found.message for found in check(path)] == ["Empty does not override update()"]
+    with pytest.raises(TreeError) as refused:
+        run(path, modules=path.parent)
+    assert [found.message for found in refused.value.diagnostics] == ["Empty does not override update()"]
 
 
 def test_arrays_of_numpy_are_readings_and_params(run):
@@ -138,7 +141,7 @@ def test_a_seed_may_be_one_of_numpy(run):
 def test_a_wrong_call_of_a_device_is_the_same_in_a_replay_and_has_its_line(run, tmp_path, own_nodes):
     text = """
 from stretch_bt import Behavior, Status, Uses, node
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.runtime.replay import replay
 from stretch_bt.hardware.interfaces import Arm
 

@@ -42,10 +42,35 @@ def test_what_the_run_sets_comes_first(outputs):
     assert outputs("params: {max_force: 0.8 N, number: 7}\n", params={"max_force": "2 N"}) == (2.0, 7)
 
 
-def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):
-    mocks = tmp_path / "mocks.yaml"
-    mocks.write_text("format: stretch-mocks/1\ntree: tree.yaml\nmocks: []\nreadings: {arm.force: 0 N}\n")
-    assert outputs("params: {max_force: 0.8 N}\n", mocks=mocks) == (5.0, 3)
+MOCKS = """\
+format: stretch-mocks/1
+tree: tree.yaml
+mocks: []
+readings: {arm.force: 0 N}
+"""
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_run_that_opens_no_device_begins_with_the_params_of_its_scene(outputs, tmp_path, named):
+    (tmp_path / "mocks.yaml").write_text(MOCKS)
+    options = {"scene": tmp_path / "scene.yaml"} if named else {}
+    assert outputs("params: {max_force: 0.8 N}\n", mocks=tmp_path / "mocks.yaml", **options) == (0.8, 3)
+
+
+def test_a_tree_without_devices_begins_with_the_params_of_its_scene(tmp_path):
+    (tmp_path / "tree.yaml").write_text(
+        TREE.replace("devices: {arm: Arm}\n", "").replace("      - check: arm.force < 1 N\n", "")
+    )
+    (tmp_path / "scene.yaml").write_text(f"{SCENE}params: {{max_force: 0.8 N, warmth: 3}}\n")
+    result = run(tmp_path / "tree.yaml", out=tmp_path / "record")
+    assert result.outputs["force"]["value"] == 0.8
+    assert "no param 'warmth'" in result.notes[0]
+
+
+def test_a_run_on_mocks_of_a_real_cell_leaves_the_scene_alone(outputs, tmp_path):
+    (tmp_path / "mocks.yaml").write_text(MOCKS)
+    given = {"mocks": tmp_path / "mocks.yaml", "cell": "lab_ur5e", "scene": tmp_path / "scene.yaml"}
+    assert outputs("params: {max_force: 0.8 N}\n", **given) == (5.0, 3)
 
 
 def test_devices_that_are_no_twin_leave_the_scene_alone(outputs):

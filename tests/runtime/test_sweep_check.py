@@ -127,3 +127,16 @@ def test_modules_stand_where_a_run_looks_for_them(tmp_path, own_nodes, kind, at,
     path.write_text(f"format: stretch-{kind}/1\ntree: trees/own.yaml\n" + "mocks: []\n" * (kind == "mocks"))
     assert [d.code for d in check(path)] == ([] if right else ["tree-wrong"])
     assert any(d.severity == "error" for d in check(tmp_path / "trees" / "own.yaml")) is not right
+
+
+def test_every_mistake_is_told_at_once(tmp_path, sweep):
+    path = sweep("set: {heigth: 3 mm, times: 1.5}")
+    path.write_text(path.read_text().replace("water_balloon", "no_balloon") + "limit: 3\nseeds: {count: 0}\n")
+    found = sorted((d.line, d.column, d.code) for d in check_sweep(path).diagnostics)
+    assert found == [
+        (3, 8, "scene-unknown"),
+        (5, 7, "param-unknown"),
+        (5, 28, "type-mismatch"),
+        (6, 8, "value"),
+        (7, 16, "value"),
+    ]

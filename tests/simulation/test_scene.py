@@ -170,3 +170,17 @@ def test_every_number_of_a_scene_may_be_a_percentage():
         for key, field in model.get("properties", {}).items()
     }
     assert [name for name, type_ in fields.items() if type_ == "number"] == []
+
+
+def test_every_mistake_is_told_at_once():
+    text = """\
+format: stretch-scene/1
+object: {type: spere, diameter: 50 mm}
+tolerance: {height: 0.3}
+effects: {sag: maybe, frction: on, friction: never, mullins: {share: 5}}
+camera: bensch
+"""
+    with pytest.raises(SceneError) as refused:
+        parse_scene(text)
+    found = [(d.line, d.column) for d in refused.value.diagnostics]
+    assert found == [(2, 16), (3, 21), (4, 16), (4, 23), (4, 46), (4, 70), (5, 9)]

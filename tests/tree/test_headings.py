@@ -71,9 +71,9 @@ def test_a_parameter_of_an_imported_file_is_given_under_its_prefix(tree: Path) -
 #: name, text, code, column in `name=text`, part of the hint
 WRONG = [
     ("dept", "4 mm", "param-unknown", 1, "did you mean 'depth'?"),
-    ("lib.rset", "4 s", "param-unknown", 1, "did you mean 'rest'?"),
+    ("lib.rset", "4 s", "param-unknown", 1, "did you mean 'lib.rest'?"),
     ("rest", "4 s", "param-unknown", 1, "did you mean 'lib.rest'?"),
-    ("lib.frame", "4", "param-unknown", 1, "known here: rest"),
+    ("lib.frame", "4", "param-unknown", 1, "known here: lib.rest"),
     ("depth", "4", "unit-missing", 7, "write '4 mm'"),
     ("depth", "4 N", "unit-mismatch", 7, "mm"),
     ("depth", "4 MM", "unit-unknown", 7, "write '4 mm'"),

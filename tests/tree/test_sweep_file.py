@@ -7,7 +7,7 @@ import yaml
 from stretch_bt.errors import SweepError
 from stretch_bt.simulation.scene.asked import read_asked
 from stretch_bt.tree.schema import schema
-from stretch_bt.tree.sweep_file import FORMAT, load_sweep
+from stretch_bt.tree.sweep_file import FORMAT, read_sweep
 
 WHOLE = """\
 format: stretch-sweep/1
@@ -65,6 +65,13 @@ def written(tmp_path, text):
     path = tmp_path / "sweep.yaml"
     path.write_text(text)
     return path
+
+
+def load_sweep(path):
+    found, wrong = read_sweep(path)
+    if wrong:
+        raise SweepError(wrong)
+    return found
 
 
 def with_line(line):

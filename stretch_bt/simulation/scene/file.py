@@ -228,11 +228,15 @@ def _shipped() -> Path:
 
 
 def _made(source: Map, path: Path) -> Scene:
+    words = list(_wrong_words(source))
     try:
-        _check_words(source)
         made = _located(validate(_model(), source), source, path)
     except FileError as error:
-        raise SceneError(error.diagnostics) from None
+        places = {(d.line, d.column) for d in words}
+        others = [d for d in error.diagnostics if (d.line, d.column) not in places]
+        raise SceneError(sorted([*words, *others], key=lambda d: (d.line, d.column))) from None
+    if words:
+        raise SceneError(words)
     found = list(_impossible(made, source))
     if found:
         raise SceneError(found)
@@ -252,31 +256,24 @@ def _located(scene: Scene, source: Map, path: Path) -> Scene:
         raise FileError([(named or given).mark.error("value", f"object: {message}", hint)]) from None
 
 
-def _check_words(source: Map) -> None:
-    """Refuse an unknown kind of object or word at its own place; pydantic would point at the whole union."""
+def _wrong_words(source: Map) -> Iterator[Diagnostic]:
+    """Yield each unknown kind of object or word at its own place; pydantic would point at the whole union."""
     for section, known in (("object", tuple(kinds())), ("support", ("table", "cup"))):
         given = source.get(section)
         kind = given.get("type") if isinstance(given, Map) else None
         if kind is not None and not is_nothing(kind) and kind.plain() not in known:
             hint = did_you_mean(str(kind.plain()), known)
-            raise FileError([kind.mark.error("value", f"{section}.type: there is no {told(kind)}", hint)])
+            yield kind.mark.error("value", f"{section}.type: there is no {told(kind)}", hint)
     given = source.get("effects")
     if isinstance(given, Scalar) and not is_nothing(given) and given.plain() not in _WORDS:
-        raise FileError(
-            [
-                given.mark.error(
-                    "value", f"effects: {given.text!r} is none", f"write one of {', '.join(_WORDS)}, or a mapping"
-                )
-            ]
-        )
+        hint = f"write one of {', '.join(_WORDS)}, or a mapping"
+        yield given.mark.error("value", f"effects: {given.text!r} is none", hint)
     for key, value in given if isinstance(given, Map) else ():
         if is_nothing(value) or not isinstance(value, Scalar) or key.text not in registry():
             continue
         if value.plain() not in ("auto", "on", "off"):
             message = f"effects.{key.text} takes auto, on, off or its parameters, not {value.text!r}"
-            raise FileError(
-                [value.mark.error("value", message, did_you_mean(value.text, ("auto", "on", "off")) or "write on")]
-            )
+            yield value.mark.error("value", message, did_you_mean(value.text, ("auto", "on", "off")) or "write on")
 
 
 def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:

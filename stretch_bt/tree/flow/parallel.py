@@ -124,7 +124,9 @@ class Parallel(Part):
         """Branches know nothing of each other; afterwards, the outputs of the branches that the policy needs are written."""
         ends = [part.flow(data, known) for part in self.parts]
         successes = [e.success for e in ends]
-        if self.policy == "success_on_selected":
+        if (
+            self.policy == "success_on_selected" and self.selected
+        ):  # of which there are none where it was not understood
             successes = [successes[i] for i in self.selected]
         done = [s for s in successes if s is not None]
         if not done or (self.policy != "success_on_one" and len(done) < len(successes)):

@@ -1,0 +1,42 @@
+"""Each file of one `check` is judged by what it names itself."""
+
+import sys
+
+import pytest
+
+from stretch_bt import check
+
+NODE = '''
+from stretch_bt import Behavior, Status, node
+
+@node
+class Nods(Behavior):
+    """Nods."""
+    instant = True
+
+    def update(self) -> Status:
+        return Status.SUCCESS
+'''
+TREE = "format: stretch-tree/1\n{}trees: {{main: {{sequence: [nods]}}}}\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Trees with a node of the same name from two modules, from one of these through a third, and from nowhere."""
+    for module in ("apart_one", "apart_two"):
+        (tmp_path / f"{module}.py").write_text(NODE)
+    (tmp_path / "apart_all.py").write_text("import apart_one\n")
+    for name in ("one", "two", "all"):
+        (tmp_path / f"{name}.yaml").write_text(TREE.format(f"imports: {{own: apart_{name}}}\n"))
+    (tmp_path / "none.yaml").write_text(TREE.format(""))
+    return tmp_path
+
+
+@pytest.mark.parametrize("order", ["one none", "one two one", "one all none", "all one", "two none all"])
+@pytest.mark.parametrize("cell", [None, "simulated"])
+def test_a_file_is_judged_as_it_is_alone(folder, order, cell):
+    files = [folder / f"{name}.yaml" for name in order.split()]
+    found = check(files, cell=cell)
+    assert [d.code for d in found] == ["node-unknown"] * order.count("none")
+    assert found == [finding for file in files for finding in check(file, cell=cell)]
+    assert not [name for name in sys.modules if name.startswith("apart_")]
