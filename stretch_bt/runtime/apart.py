@@ -38,7 +38,7 @@ def _is_gone(cls: type) -> bool:
 def _is_installed(top: str) -> bool:
     """Whether a module, or the package that it belongs to, is no own one of a tree or a cell file."""
     module = sys.modules.get(top)
-    if not isinstance(module, ModuleType) or module.__spec__ is None:
-        return True  # made by code, so that it could not be imported again
+    if not isinstance(module, ModuleType) or module.__spec__ is None or module.__spec__.name != top:
+        return True  # made by code, or another name of a part of a package, so that it could not be imported again
     found = installed_module(top)
     return found is not None and found.origin == module.__spec__.origin
