@@ -46,6 +46,7 @@ __all__ = [
     "node",
     "object_types",
     "records_of",
+    "take_again",
 ]
 
 GROUP = "stretch_bt.nodes"
@@ -148,11 +149,16 @@ def node(cls: B = _NO_CLASS, /) -> B:
         raise RegistryError(
             f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')"
         ) from None
+    _keep(info)
+    return cls
+
+
+def _keep(info: NodeInfo) -> None:
+    name, cls = info.name, info.cls
     present = _nodes.get(name) if cls.__module__ == f"{BUILTIN}.{name}" else _shipped(name)
     if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
     _nodes[name] = info
-    return cls
 
 
 def _check_class(cls: Any) -> None:
@@ -271,6 +277,12 @@ def forget(names: Iterable[str]) -> None:
     """Take nodes of own modules out of the registry."""
     for name in names:
         del _nodes[name]
+
+
+def take_again(nodes: Iterable[NodeInfo]) -> None:
+    """Register nodes that were forgotten; raises RegistryError for a name that another one has."""
+    for info in nodes:
+        _keep(info)
 
 
 def _shipped(name: str) -> NodeInfo | None:
