@@ -19,6 +19,7 @@ from stretch_bt.runtime.result import RunResult
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
+from stretch_bt.source.scene_params import scene_params
 from stretch_bt.threads_heard import threads_heard
 from stretch_bt.tree.program import load_program
 from stretch_bt.units import parse_time
@@ -204,8 +205,6 @@ def _asked_of(task: Task, given: BorrowedDevices | None) -> Mapping[Scalar, Scal
         return given.scene_params
     if not task.scene:
         return {}
-    from stretch_bt.simulation.scene import scene_params
-
     asked = scene_params(str(task.scene))
     # few scenes ask for anything: only then is the cell looked at here as well
     return asked if asked and ((spec := task.cell_spec()) is None or spec.simulated) else {}

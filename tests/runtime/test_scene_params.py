@@ -118,7 +118,8 @@ def test_a_name_that_the_tree_does_not_have_is_told(tmp_path, name):
 
 @pytest.mark.parametrize("kind", ["cube", "half_cylinder", "pyramid"])
 def test_paper_is_pressed_below_what_its_walls_bear(kind):
-    from stretch_bt.simulation.scene import load_scene, scene_params
+    from stretch_bt.simulation.scene import load_scene
+    from stretch_bt.source.scene_params import scene_params
     from stretch_bt.units import parse_quantity
 
     scene = f"paper_{kind}"

@@ -5,9 +5,8 @@ from stretch_bt.simulation.scene.file import (
     load_scene,
     parse_scene,
     scene_names,
-    scene_params,
     scene_schema,
     scene_text,
 )
 
-__all__ = ["Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]
+__all__ = ["Scene", "load_scene", "parse_scene", "scene_names", "scene_schema", "scene_text"]

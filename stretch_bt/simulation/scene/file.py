@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union
 
@@ -18,8 +17,9 @@ from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.registry import kinds
 from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Dimension, Hand, Table, Tolerance
 from stretch_bt.source import Map, Scalar, did_you_mean, is_nothing, load, parse, resolve, told, validate
+from stretch_bt.source.scene_params import SCENES, asked_params
 
-__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]
+__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_schema", "scene_text"]
 
 _WORDS = ("auto", "none", "all")
 
@@ -174,32 +174,16 @@ def load_scene(scene: str | Path) -> Scene:
         With every mistake at its line and column.
     """
     try:
-        path = resolve(scene, _shipped(), "scene")
+        path = resolve(scene, SCENES, "scene")
         source = load(path, str(path))
     except FileError as error:
         raise SceneError(error.diagnostics) from None
     return _made(source, path)
 
 
-def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
-    """Return the `params` of a scene file at their places, and none of one that cannot be read: `load_scene` reports its mistakes."""
-    try:
-        path = resolve(scene, _shipped(), "scene")
-        source = load(path, str(path))
-    except FileError:
-        return {}
-    return _placed(source)
-
-
-def _placed(source: Map) -> dict[Scalar, Scalar]:
-    given = source.get("params")
-    pairs = given if isinstance(given, Map) else ()
-    return {key: value for key, value in pairs if isinstance(value, Scalar)}
-
-
 def scene_text(scene: str | Path) -> str:
     """Return the text of a scene file, or of a shipped scene by its name."""
-    return resolve(scene, _shipped(), "scene").read_text("utf-8")
+    return resolve(scene, SCENES, "scene").read_text("utf-8")
 
 
 def parse_scene(text: str, name: str = "scene.yaml") -> Scene:
@@ -215,16 +199,12 @@ def parse_scene(text: str, name: str = "scene.yaml") -> Scene:
 
 def scene_names() -> list[str]:
     """Return the names of the shipped scenes."""
-    return sorted(path.stem for path in _shipped().glob("*.yaml"))
+    return sorted(path.stem for path in SCENES.glob("*.yaml"))
 
 
 def scene_schema() -> dict[str, Any]:
     """Return the JSON Schema of scene files."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_model().model_json_schema()}
-
-
-def _shipped() -> Path:
-    return Path(str(files("stretch_bt") / "trees" / "scenes"))
 
 
 def _made(source: Map, path: Path) -> Scene:
@@ -240,7 +220,7 @@ def _made(source: Map, path: Path) -> Scene:
     found = list(_impossible(made, source))
     if found:
         raise SceneError(found)
-    made._name, made._placed_params = path.stem, _placed(source)
+    made._name, made._placed_params = path.stem, asked_params(source)
     return made
 
 
