@@ -442,7 +442,8 @@ def suggest_quantity(text: str, dimension: Dimension) -> str:
 def misspelt_quantity(text: str) -> str | None:
     """Return advice for text that reads as a quantity of whatever kind, as `2 sec` does, and is none; None for any other text.
 
-    A word that is written to the number without a space is taken for a unit only where it is like one: `2nd` is text.
+    A word that is written to the number without a space is taken for a unit only where it spells one out, or is one of two letters
+    and more in another case: `2nd` and `6S` are text.
     """
     match = _LIKE_A_QUANTITY.fullmatch(text)
     if match is None or not match[2]:
@@ -452,10 +453,10 @@ def misspelt_quantity(text: str) -> str | None:
         parse_unit(word)
         return f"write '{number} {word}'" if "," in match[1] else None
     except InvalidInput:
-        like = _units_like(word)
-    if like:
+        like, apart = _units_like(word), text.strip().count(" ") == 1
+    if like and (apart or len(word) > 1):
         return f"write '{number} {like[0]}'"
-    return "write a number and a unit, as in '10 mm'" if text.strip().count(" ") == 1 else None
+    return "write a number and a unit, as in '10 mm'" if apart else None
 
 
 def _known_units() -> dict[str, Dimension]:

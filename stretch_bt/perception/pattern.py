@@ -126,10 +126,7 @@ class FreeView:
         frame, known = self._first, self._seen > SEEN * self.count
         if frame is None or frame.plane_distance is None or not self.count or not known.any():
             return None
-        if not gauge + (frame.stretch or 0.0) > 0:
-            raise InvalidInput(
-                f"gauge and the stretch of the frames together are above 0 m, not {gauge:g} and {frame.stretch or 0.0:g}; give both in m"
-            )
+        _check_apart(gauge, frame.stretch or 0.0)
         depth = self._total / np.maximum(self._seen, 1) * frame.unit
         deeper, weight = (depth - frame.plane_distance).astype(np.float32), known.astype(np.float32)
         once, cover = smooth(deeper, weight, KERNEL)
@@ -151,6 +148,13 @@ class FreeView:
             rate,
             time,
             frame.stretch,
+        )
+
+
+def _check_apart(gauge: float, stretch: float) -> None:
+    if not gauge + stretch > 0:
+        raise InvalidInput(
+            f"gauge and the stretch of the frames together are above 0 m, not {gauge:g} and {stretch:g}; give both in m"
         )
 
 

@@ -15,6 +15,7 @@ LARGEST_PITCH = 0.02  # m from pixel to pixel
 SQUARE = 0.02  # share by which a pixel may be wider than high; depth cameras stay within 0.01
 ALONG_SIDE = 24  # pixels along each side of an image that show whether pixels are square
 LEAST = 9  # of these
+OFF = 1e-3  # of the products, rms, that rays of a camera leave; single precision leaves a thousandth of it
 FLAT = 1e-4  # least singular value over the largest, below which points on one line leave the answer free
 
 
@@ -41,13 +42,10 @@ def pitch_of(points: FloatArray, valid: MaskArray, axis: int = 0) -> float:
 
 
 def check_square(points: FloatArray, valid: MaskArray, pitch: float) -> None:
-    """Raise InvalidInput unless neighbours in a column are as far apart as those in a row, `pitch`, m, within 2 %.
+    """Raise InvalidInput unless pixels, `pitch` m wide, are as high as wide within 2 %.
 
-    Steep or noisy surfaces change the median steps alone; pixels that are not square change what `_width_over_height` returns, too.
+    Points that were turned after they were seen, or lie on a line, do not show it, and are taken.
     """
-    across = pitch_of(points, valid, 1)
-    if across == 0.0 or abs(pitch / across - 1.0) <= SQUARE:
-        return
     ratio = _width_over_height(points, valid)
     if ratio is not None and abs(ratio - 1.0) > SQUARE:
         raise InvalidInput(
@@ -57,7 +55,7 @@ def check_square(points: FloatArray, valid: MaskArray, pitch: float) -> None:
 
 
 def _width_over_height(points: FloatArray, valid: MaskArray) -> float | None:
-    """Return the width of a pixel over its height, None where the points leave it free.
+    """Return the width of a pixel over its height, None where the points leave it free, or are in no frame of a camera that looks along z.
 
     Along the ray of a pixel (u, v), x (v - cy) = ratio y (u - cx), however deep the point lies, and so it is where all rays are parallel.
     """
@@ -76,5 +74,9 @@ def _width_over_height(points: FloatArray, valid: MaskArray) -> float | None:
     design_scale = np.sqrt(np.mean(design**2, axis=0))
     if not design_scale.all():
         return None
-    found, _, _, singular = np.linalg.lstsq(design / design_scale, x * v)
-    return None if singular[-1] < FLAT * singular[0] else abs(float(found[0] / design_scale[0]))
+    wanted = x * v
+    found, _, _, singular = np.linalg.lstsq(design / design_scale, wanted)
+    left = wanted - design / design_scale @ found
+    if singular[-1] < FLAT * singular[0] or float(left @ left) > OFF**2 * float(wanted @ wanted):
+        return None
+    return abs(float(found[0] / design_scale[0]))

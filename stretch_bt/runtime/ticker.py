@@ -124,7 +124,7 @@ class Ticker:
         self._take_planned(stopping=True)
         if len(self.interrupts) > self._noted:
             self._note_interrupts(stopping=True)
-        self.limit = len(self.interrupts)
+        self.limit = self._noted  # one that comes from now on ends the `finally`, and is noted then
         return self.limit
 
     def _take_planned(self, *, stopping: bool = False) -> None:
@@ -134,7 +134,8 @@ class Ticker:
             self.interrupts += groups.pop(0).why
 
     def _note_interrupts(self, **how: Any) -> None:
-        why, self._noted = self.interrupts[self._noted :], len(self.interrupts)
+        why = self.interrupts[self._noted :]
+        self._noted += len(why)
         self.telling.note("interrupt", why=why, **how)
 
     # --- ticks

@@ -232,6 +232,7 @@ class ScriptedDevice:
         """Remember that the sensor was zeroed."""
         self._refuse_in_fault()
         self.note("zero", {}, "")
+        self._said("zeroed", True)
 
     def open(self) -> None:
         """Be ready, free of an earlier fault."""

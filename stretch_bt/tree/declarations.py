@@ -81,16 +81,16 @@ class Declarations:
         items = [value] if isinstance(value, Scalar) else value.items if isinstance(value, Seq) else ()
         before = len(self.found)
         for item in items:
-            text = item.text if isinstance(item, Scalar) else ""
+            text = item.text if isinstance(item, Scalar) and not item.quoted else ""
             if (fraction := _FRACTION.fullmatch(text)) is not None:
                 message, hint = (
                     f"{text!r} is worked out nowhere",
                     f"write '{float(fraction[1]) / float(fraction[2]):.6g}'",
                 )
-                self.found.append(item.mark.error("type-mismatch", message, f"{hint}, or add 'type: str' for a text"))
+                self.found.append(item.mark.error("type-mismatch", message, f"{hint}, or put it in quotes for a text"))
             elif (meant := misspelt_quantity(text)) is not None:
-                message, hint = f"{text!r} has a unit that is not known", f"{meant}, or add 'type: str' for a text"
-                self.found.append(item.mark.error("unit-unknown", message, hint))
+                hint = f"{meant}, or put it in quotes for a text"
+                self.found.append(item.mark.error("unit-unknown", f"{text!r} reads as a quantity, and is none", hint))
         return len(self.found) > before
 
     def text(self, value: Value | None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from math import prod
+from math import inf, prod
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -140,7 +140,7 @@ class SweepFile:
 
 
 def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
-    """Read a sweep file, not the files that it names; return also every mistake in it, with any of which it has the defaults.
+    """Read a sweep file, not the files that it names; return also every mistake in it. A wrong key counts as left out.
 
     Raises
     ------
@@ -153,15 +153,18 @@ def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
     except FileError as error:
         raise SweepError(error.diagnostics) from None
     wrong: list[Diagnostic] = []
+    choices, whole = source.get("set"), source
     try:
         made = validate(_SweepFile, source)
     except FileError as error:
         wrong = sorted(error.diagnostics, key=lambda d: (d.line, d.column))
         if any(d.code == "format-unknown" for d in wrong):  # a file of another kind
             raise SweepError(wrong) from None
-        made = _SweepFile.model_construct()
-    choices, given = source.get("set"), source.get("tolerance")
-    table = choices.pairs if isinstance(choices, Map) else ()
+        source = _without_wrong(source, wrong)
+        made = _of_what_is_right(source)
+    key = next((key for key, _ in whole if key.text == "set"), None)
+    table = _without_wrong(choices, _within(whole, key, wrong)).pairs if key and isinstance(choices, Map) else ()
+    given = source.get("tolerance")
     found = SweepFile(
         file=file,
         path=Path(path),
@@ -178,6 +181,26 @@ def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
         record=made.record,
     )
     return found, [*wrong, *_twice(found), *_too_many(found, source)]
+
+
+def _without_wrong(found: Map, wrong: list[Diagnostic]) -> Map:
+    """Return a mapping without the keys in which one of the mistakes stands; those behind it in the file are in none."""
+    return Map(tuple(pair for pair in found.pairs if not _within(found, pair[0], wrong)), found.mark)
+
+
+def _within(found: Map, key: Scalar, wrong: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the mistakes that stand between a key of a mapping and the next one."""
+    begins = [(k.mark.line, k.mark.column) for k, _ in found]
+    begin = (key.mark.line, key.mark.column)
+    end = min((place for place in begins if place > begin), default=(inf, 0.0))
+    return [d for d in wrong if begin <= (d.line, d.column) < end]
+
+
+def _of_what_is_right(source: Map) -> _SweepFile:
+    try:
+        return validate(_SweepFile, source)
+    except FileError:  # one that needs a key which is left out
+        return _SweepFile.model_construct()
 
 
 def sweep_schema() -> dict[str, Any]:

@@ -38,9 +38,19 @@ def test_pixels_are_square_or_refused_whatever_the_slope_and_the_noise(ratio, sl
     pitch = pitch_of(points, valid)
     if abs(ratio - 1) < 0.02:
         check_square(points, valid, pitch)
-    elif (noise == 0.0 and slopes[0] * slopes[1] == 0.0) or parallel:
+    else:
         with pytest.raises(InvalidInput, match="resample the depth image to square pixels"):
             check_square(points, valid, pitch)
+
+
+@given(st.floats(0.0, 0.6), st.floats(0.0, 6.0), st.sampled_from([0.0, 2e-4]))
+def test_points_by_square_pixels_that_were_turned_are_taken(tilt, towards, noise):
+    points, valid = seen(1.0, (0.2, 0.1), noise, 0)
+    c, s = np.cos(tilt), np.sin(tilt)
+    a = np.array([np.cos(towards), np.sin(towards), 0.0])
+    k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    turned = points @ (np.eye(3) + s * k + (1 - c) * k @ k).T
+    check_square(turned, valid, pitch_of(turned, valid))
 
 
 @pytest.mark.parametrize("shape", [(1, 40), (40, 1), (2, 2), (0, 0)])

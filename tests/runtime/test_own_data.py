@@ -141,7 +141,7 @@ def test_a_seed_may_be_one_of_numpy(run):
 def test_a_wrong_call_of_a_device_is_the_same_in_a_replay_and_has_its_line(run, tmp_path, own_nodes):
     text = """
 from stretch_bt import Behavior, Status, Uses, node
-from stretch_bt.errors import InvalidInput, TreeError
+from stretch_bt.errors import InvalidInput
 from stretch_bt.runtime.replay import replay
 from stretch_bt.hardware.interfaces import Arm
 

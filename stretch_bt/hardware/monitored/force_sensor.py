@@ -28,3 +28,5 @@ class MonitoredForceSensor(Monitored[ForceSensorDriver]):
         self.command("zero", {}, "")
         with self.faults():
             self.driver.zero()
+        now = self.watch.now()
+        self.watch.journal.reading(self.name, "zeroed", Reading(True, now, now, 0))

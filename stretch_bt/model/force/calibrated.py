@@ -48,6 +48,13 @@ class StretchState:
         if self.decay <= 0 or min(self.floor_sd, self.amplitude_sd, self.decay_sd) < 0:
             raise InvalidInput(f"a stretch state needs a decay above 0 and no negative sd, got {self}")
 
+    def modulus(self, diameter: float) -> tuple[float, float]:
+        """Return E*, Pa, for a diameter, m, and its variance, with the parameters taken as independent."""
+        falling = math.exp(-diameter / self.decay)
+        slope = self.amplitude * falling * diameter / self.decay**2
+        variance = self.floor_sd**2 + (falling * self.amplitude_sd) ** 2 + (slope * self.decay_sd) ** 2
+        return self.floor + self.amplitude * falling, variance
+
 
 @dataclass(frozen=True)
 class CalibratedHertz(ForceModel):

@@ -50,11 +50,12 @@ class _ReplayedDevice:
         self.journal = journal
         self.current: _ReplayedMotion | None = None
         self.faulty = False
+        self.latched = False
 
     @property
     def state(self) -> DeviceState:
         """Where the device stood: it was open throughout the run."""
-        return DeviceState.FAULT if self.faulty else DeviceState.READY
+        return DeviceState.FAULT if self.latched else DeviceState.READY
 
     def take(self, kind: str, name: str) -> Any:
         """Return the next recorded value, or raise the recorded fault or NoAnswer."""
@@ -79,6 +80,7 @@ class _ReplayedDevice:
     def suffer(self, fault: DeviceFault, *, halted: bool = False) -> None:
         """Note a fault; one that the cell found while it looked at a motion had `halted` it."""
         self.faulty = True
+        self.latched = self.latched or halted or not isinstance(fault, StaleReading | LimitExceeded | NotReady)
         self.journal.fault(self.name, fault)
         if halted:
             self.stop()
@@ -199,7 +201,11 @@ class _ReplayedForceSensor(_ReplayedDevice):
         if isinstance(due, NotReady) and not self.log.commanded(self.name, "", "zero"):
             self.raise_due()
         self.journal.command(self.name, "zero", {}, "")
-        self.raise_due()
+        item = self.log.peek(self.name)
+        if item is not None and item.name == "zeroed":
+            self.read("zeroed")
+        else:
+            self.raise_due()
 
 
 class _ReplayedOperator(_ReplayedDevice):

@@ -241,8 +241,14 @@ def _wrong_words(source: Map) -> Iterator[Diagnostic]:
     for section, known in (("object", tuple(kinds())), ("support", ("table", "cup"))):
         given = source.get(section)
         kind = given.get("type") if isinstance(given, Map) else None
-        if kind is not None and not is_nothing(kind) and kind.plain() not in known:
-            hint = did_you_mean(str(kind.plain()), known)
+        if kind is None or is_nothing(kind):
+            continue
+        if not isinstance(kind, Scalar):
+            yield kind.mark.error(
+                "value", f"{section}.type takes one word, not {told(kind)}", f"write one of {', '.join(known)}"
+            )
+        elif kind.plain() not in known:
+            hint = did_you_mean(kind.text, known)
             yield kind.mark.error("value", f"{section}.type: there is no {told(kind)}", hint)
     given = source.get("effects")
     if isinstance(given, Scalar) and not is_nothing(given) and given.plain() not in _WORDS:
