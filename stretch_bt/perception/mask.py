@@ -15,7 +15,7 @@ from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.types import FRAME
 
-__all__ = ["mask_membrane"]
+__all__ = ["LARGEST", "mask_membrane"]
 
 LARGEST = 2.0  # m, of any side of a membrane; lengths in mm exceed it
 MARGIN = 0.004  # m inside the edges, where depth cameras mix membrane and background

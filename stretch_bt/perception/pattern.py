@@ -15,6 +15,7 @@ from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import ONE_STRETCH, in_finer_unit
 from stretch_bt.perception.deprojection import ray_table
+from stretch_bt.perception.mask import LARGEST
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
 from stretch_bt.units import Estimate, Length, Speed, Time, is_number
@@ -161,8 +162,10 @@ def _check_apart(gauge: float, stretch: float) -> None:
 def _check_membrane(gauge: float, hang: Estimate, width: float) -> None:
     check_numbers("in m", gauge=gauge)
     check_estimates(hang=hang)
-    if not gauge > 0:
-        raise InvalidInput(f"gauge, from clamp to clamp, is above 0 m, not {gauge:g}; write 0.1 for 100 mm")
+    if not 0 < gauge <= LARGEST:
+        raise InvalidInput(
+            f"gauge, from clamp to clamp, is above 0 m and at most {LARGEST:g} m, not {gauge:g}; write 0.1 for 100 mm"
+        )
     if width != math.inf and not (is_number(width) and width > 0):
         raise InvalidInput(f"width is a length above 0 m, or math.inf where it is not known, not {shown(width)[:80]}")
 

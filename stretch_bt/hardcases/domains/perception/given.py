@@ -58,6 +58,7 @@ PATTERNS: dict[str, tuple[tuple[Any, ...], Refusal]] = {
     "no gauge": ((None,), NO_LENGTH),
     "a gauge of 0": ((0.0,), SHORT),
     "a gauge below 0": ((-0.1,), SHORT),
+    "a gauge in millimetres": ((100.0,), SHORT),
     "a sag without a deviation": ((0.1, 3e-4), Refusal(InvalidInput, "hang is an Estimate")),
     "a sag NaN": ((0.1, Estimate(NAN, 1e-4)), Refusal(InvalidInput, "hang must be finite")),
     "a width of 0": ((0.1, Estimate(3e-4, 3e-4), 0.0), Refusal(InvalidInput, "width is a length above 0 m")),
