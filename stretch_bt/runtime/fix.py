@@ -11,6 +11,7 @@ from shutil import copymode
 import yaml
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput
+from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.quoted_texts import quoted_texts, texts_read_as_names
 from stretch_bt.source import Map, Scalar, Value, parse, read_text
 from stretch_bt.tree.headings import FORMAT
@@ -32,7 +33,7 @@ def fix_files(files: Iterable[str]) -> list[Diagnostic]:
     """
     left = []
     for file in files:
-        with suppress(FileError):
+        with apart(), suppress(FileError):
             if find_tree(file)[0] == Path(file):
                 left += fix_tree(Path(file), file)
     return left

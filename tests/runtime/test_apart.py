@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from stretch_bt import check
+from stretch_bt.runtime.fix import fix_files
 
 NODE = '''
 from stretch_bt import Behavior, Status, node
@@ -40,3 +41,16 @@ def test_a_file_is_judged_as_it_is_alone(folder, order, cell):
     assert [d.code for d in found] == ["node-unknown"] * order.count("none")
     assert found == [finding for file in files for finding in check(file, cell=cell)]
     assert not [name for name in sys.modules if name.startswith("apart_")]
+
+
+def test_files_that_are_fixed_are_judged_alone(folder):
+    """The module of the first file made the second one right, which so was rewritten by what it does not name."""
+    older = (
+        "format: stretch-tree/1\n{}keys: {{n: {{type: int}}}}\ntrees: {{main: {{sequence: [nods, set: {{n: 1}}]}}}}\n"
+    )
+    one, none = folder / "older.yaml", folder / "older_none.yaml"
+    one.write_text(older.format("imports: {own: apart_one}\n"))
+    none.write_text(older.format(""))
+    fix_files([str(one), str(none)])
+    assert "keys" not in one.read_text()
+    assert none.read_text() == older.format("")
