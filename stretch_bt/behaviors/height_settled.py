@@ -1,8 +1,6 @@
 """Deciding whether the height of a rolling lump has settled."""
 
-import math
-import statistics
-
+from stretch_bt.behaviors._spread import spread_of
 from stretch_bt.behaviors.records import Heights
 from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
 from stretch_bt.tree.registry import node
@@ -35,13 +33,7 @@ class HeightSettled(Behavior):
         before = () if self.reset or self.heights is None else self.heights.values
         known = (*before, float(self.height))[-self.count :]
         self.heights = Heights(known)
-        self.spread = spread = _spread(known, self.height_sd)
+        spread = spread_of(known, self.height_sd)
+        self.spread = spread = Estimate(UNKNOWN, UNKNOWN) if spread is None else spread
         self.settled = len(known) >= self.count and spread.value < self.limit
         return Status.SUCCESS
-
-
-def _spread(heights: tuple[Length, ...], sd: Length) -> Estimate:
-    if len(heights) < 2:
-        return Estimate(UNKNOWN, UNKNOWN)
-    found = statistics.stdev(heights)
-    return Estimate(found, math.hypot(found, sd) / math.sqrt(2 * (len(heights) - 1)))

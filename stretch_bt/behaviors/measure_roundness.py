@@ -4,6 +4,7 @@ import math
 import statistics
 
 from stretch_bt import perception
+from stretch_bt.behaviors._spread import spread_of
 from stretch_bt.behaviors.records import LumpLook, LumpLooks
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception.types import Contact
@@ -71,10 +72,8 @@ def _residual(looks: tuple[LumpLook, ...], radius: Length) -> Estimate:
 
 
 def _spread(looks: tuple[LumpLook, ...], radius: Length) -> Estimate:
-    if len(looks) < 2:
-        return Estimate(UNKNOWN, UNKNOWN)
-    found, noise = statistics.stdev(look.height for look in looks), _shared(looks)
-    return Estimate(found / radius, math.hypot(found, noise) / radius / math.sqrt(2 * (len(looks) - 1)))
+    found = spread_of([look.height for look in looks], _shared(looks))
+    return Estimate(UNKNOWN, UNKNOWN) if found is None else Estimate(found.value / radius, found.sd / radius)
 
 
 def _width(looks: tuple[LumpLook, ...], radius: Length) -> Estimate:

@@ -31,8 +31,8 @@ class PressToThickness(MotionBehavior):
 
     The hand goes down by the distance that the top still has to fall and looks again, so that it comes to the thickness from above,
     whatever share of the way the membrane takes. SUCCESS however it ended, with the cause: `thickness`, `force`, or `depth` where
-    the hand may not go deeper. FAILURE when nothing stands in
-    the membrane, when the camera sees no membrane, or a top that the membrane cannot reach.
+    the hand may not go deeper. FAILURE when nothing stands in the membrane, when the camera sees no
+    membrane, or a top that the membrane cannot reach.
     """
 
     arm: Uses[Arm]

@@ -17,8 +17,6 @@ from stretch_bt.perception.types import FRAME
 
 __all__ = ["ONE_STRETCH", "average_frames", "in_finer_unit"]
 
-Array = npt.NDArray[np.float64]
-
 ONE_STRETCH = 2e-3  # m, within which the fingers of a hand that stands still are read
 ONE_TURN = 0.02  # rad, within which a hand that stands still is read: a millimetre at the rim of a membrane
 ONE_HEIGHT = 5e-3  # m, along any axis, within which a hand that has just been stopped stands

@@ -153,25 +153,22 @@ def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
     except FileError as error:
         raise SweepError(error.diagnostics) from None
     wrong: list[Diagnostic] = []
-    choices, whole = source.get("set"), source
     try:
-        made = validate(_SweepFile, source)
+        made, right = validate(_SweepFile, source), source
     except FileError as error:
         wrong = sorted(error.diagnostics, key=lambda d: (d.line, d.column))
         if any(d.code == "format-unknown" for d in wrong):  # a file of another kind
             raise SweepError(wrong) from None
-        source = _without_wrong(source, wrong)
-        made = _of_what_is_right(source)
-    key = next((key for key, _ in whole if key.text == "set"), None)
-    table = _without_wrong(choices, _within(whole, key, wrong)).pairs if key and isinstance(choices, Map) else ()
-    given = source.get("tolerance")
+        right = _without_wrong(source, wrong)
+        made = _of_what_is_right(right)
+    table, given = _params(source, wrong), right.get("tolerance")
     found = SweepFile(
         file=file,
         path=Path(path),
         doc=made.doc,
-        trees=_scalars(source.get("tree")),
-        scenes=_scalars(source.get("scene")),
-        cell=next(iter(_scalars(source.get("cell"))), None),
+        trees=_scalars(right.get("tree")),
+        scenes=_scalars(right.get("scene")),
+        cell=next(iter(_scalars(right.get("cell"))), None),
         seeds=range(made.seeds.first, made.seeds.first + made.seeds.count),
         choices={key.text: _choices(value) for key, value in table},
         marks={key.text: key.mark for key, _ in table},
@@ -194,6 +191,14 @@ def _within(found: Map, key: Scalar, wrong: list[Diagnostic]) -> list[Diagnostic
     begin = (key.mark.line, key.mark.column)
     end = min((place for place in begins if place > begin), default=(inf, 0.0))
     return [d for d in wrong if begin <= (d.line, d.column) < end]
+
+
+def _params(source: Map, wrong: list[Diagnostic]) -> tuple[tuple[Scalar, Value], ...]:
+    """Return the params under `set` in which nothing is wrong, each with its values."""
+    for key, value in source:
+        if key.text == "set" and isinstance(value, Map):
+            return _without_wrong(value, _within(source, key, wrong)).pairs
+    return ()
 
 
 def _of_what_is_right(source: Map) -> _SweepFile:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stretch_bt import check
-from stretch_bt.behaviors.height_settled import _spread as _settled
+from stretch_bt.behaviors._spread import spread_of
 from stretch_bt.behaviors.measure_roundness import _spread, _width
 from stretch_bt.behaviors.records import LumpLook, Touch
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
@@ -212,7 +212,7 @@ def test_spreads_are_as_far_off_as_they_say(count):
     stated = [widths]
     for spreads, true in (
         ([_spread(each, 0.02) for each in looks], 0.05),
-        ([_settled(tuple(h), 0.0) for h in draws], 1e-3),
+        ([spread_of(tuple(h), 0.0) for h in draws], 1e-3),
     ):
         assert np.mean(np.square(spreads)) == pytest.approx(true**2, rel=0.1)
         errors.append([spread - true for spread in spreads])

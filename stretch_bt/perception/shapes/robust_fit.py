@@ -29,10 +29,8 @@ CLEARLY = 0.5  # share of the bound that half of the residuals of the first star
 NEAR = 2.5  # times the bound that half of the residuals stay below, up to which points count
 PASSES = 2  # over where rays meet a surface; each leaves a tenth of the error of the last
 STEPS = 200  # most fits settle in five
-TRUSTED, LEAST_SHARE = (
-    10,
-    1 / 16,
-)  # whole steps; least share that is taken of one after them, halved where it turns back
+TRUSTED = 10  # whole steps, after which a share of a step is taken, halved where it turns back
+LEAST_SHARE = 1 / 16  # of a step
 CLOSE = 0.03  # share of the standard deviation of a mean that an answer may still move by
 UNSETTLED = 0.3  # the same after all steps: a slow end adds less than a twentieth to the error
 ROUNDING = 100.0  # units of the resolution up to which residuals are rounding errors
