@@ -1,13 +1,14 @@
 """Heights of tops under noise that pixels share: error, stated deviation and answers, by shape and by noise.
 
-    python -m benchmarks.height_noise [--draws 200] [--noise NAME ...] [--shape NAME ...] [--jobs 1]
+    python -m benchmarks.height_noise [--draws 200] [--noise NAME ...] [--shape NAME ...] [--pixel 0.42] [--jobs 1]
 
 The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
 caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet.
 Beside it stand the sheet of that solver, and surfaces in closed form that end in a kink, as no membrane does. Noise is white, or white noise
 after a Gaussian of some pixels, or both, with the counts of a camera; whole rows or columns may also share some. Of two bodies side by
 side, the higher top is asked for.
-`free` is a membrane that touches nothing: how many of its frames have a height.
+`free` is a membrane that touches nothing: how many of its frames have a height. `--pixel` is the width of a pixel on the membrane, mm; the
+presses of the sheet are seen by pixels of 0.42 mm alone.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ class Surface:
 
     depth: Array
     top: float
+    camera: Intrinsics = CAMERA
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,9 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--noise", nargs="*", default=list(NOISES))
     parser.add_argument("--shape", nargs="*", default=[*SHAPES, *OTHERS])
+    parser.add_argument(
+        "--pixel", type=float, default=DISTANCE / CAMERA.fx * 1e3, help="width of a pixel on the membrane, mm"
+    )
     parser.add_argument("--jobs", type=int, default=1, help="lines that are worked out side by side")
     given = parser.parse_args()
     print(
@@ -103,19 +108,28 @@ def main() -> None:
     )
     asked = [(noise, shape) for noise in given.noise for shape in given.shape]
     with ProcessPoolExecutor(given.jobs, get_context("spawn")) as pool:
-        for (noise, shape), row in zip(asked, pool.map(_line, asked, repeat(given.draws)), strict=True):
+        for (noise, shape), row in zip(
+            asked, pool.map(_line, asked, repeat(given.draws), repeat(given.pixel)), strict=True
+        ):
             print(f"{noise:25s} {shape:16s} {row}", flush=True)
 
 
-def _line(asked: tuple[str, str], draws: int) -> str:
+def _line(asked: tuple[str, str], draws: int, pixel: float) -> str:
     with one_thread():
-        return _row(asked[1], NOISES[asked[0]], draws)
+        return _row(asked[1], NOISES[asked[0]], draws, camera_of(1e-3 * pixel))
 
 
-def _row(shape: str, noise: Noise, draws: int) -> str:
+def camera_of(pixel: float) -> Intrinsics:
+    """Return the camera that sees the same with pixels so wide on the membrane, m."""
+    wider = pixel * CAMERA.fx / DISTANCE
+    f, cx, cy = (value / wider for value in (CAMERA.fx, CAMERA.cx, CAMERA.cy))
+    return Intrinsics(f, f, cx, cy, round(CAMERA.width / wider), round(CAMERA.height / wider))
+
+
+def _row(shape: str, noise: Noise, draws: int, camera: Intrinsics) -> str:
     errors, stated, spent, refused, asked = [], [], [], Counter[str](), 0
     for number in range(draws):
-        surface = surface_of(shape, number % POOL)
+        surface = surface_of(shape, number % POOL, camera)
         frame = seen(surface, noise, np.random.default_rng((number, 7)))
         begun = process_time()
         deep = surface.top >= LEAST_DEPTH
@@ -155,7 +169,7 @@ def seen(surface: Surface, noise: Noise, rng: np.random.Generator) -> DepthFrame
         depth += noise.rows * rng.standard_normal((high, 1)) + noise.columns * rng.standard_normal((1, wide))
     kept = (surface.depth > 0.0) & (rng.random(depth.shape) > 0.01)
     raw = np.where(kept, np.clip(np.rint(depth / noise.unit), 0, 65535), 0).astype(np.uint16)
-    return DepthFrame(raw, noise.unit, CAMERA, 0.0, 0, DISTANCE, hand_height=0.0, stretch=0.016)
+    return DepthFrame(raw, noise.unit, surface.camera, 0.0, 0, DISTANCE, hand_height=0.0, stretch=0.016)
 
 
 def alike(shape: tuple[int, ...], length: float, rng: np.random.Generator) -> Array:
@@ -235,29 +249,33 @@ def _two(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
 SHAPES: dict[str, Body] = {**{kind: _one(kind) for kind in ("sphere", "cap", "cylinder", "box")}, "two": _two}
 
 
-def _of_sheet(kind: str, rng: np.random.Generator) -> Surface:
+def _of_sheet(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
     """Return a press of the finite-strain sheet, stretched by 5 to 60 mm."""
     body = {"sphere": Sphere, "cylinder": Cylinder, "box": Cube}[kind](float(rng.uniform(12e-3, 36e-3)))
+    if camera != CAMERA:
+        raise SystemExit(
+            "presses of the sheet are seen by pixels of 0.42 mm alone; leave out --pixel, or name other shapes by --shape"
+        )
     view = view_of(Press(body, float(rng.uniform(5e-3, 60e-3)), float(rng.uniform(2e-3, 12e-3)), _place(rng)))
     heights = DISTANCE - view.depth[view.touching].astype(np.float64)
     return Surface(view.depth.astype(np.float64), float(heights.max() if kind == "sphere" else np.median(heights)))
 
 
-def _in_closed_form(kind: str, rng: np.random.Generator) -> Surface:
+def _in_closed_form(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
     """Return a cap or a disc in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
     if kind == "sphere":
         profile = analytic.sphere_press(float(rng.uniform(8e-3, 30e-3)), float(rng.uniform(0.2, 0.65)))
     else:
         profile = analytic.disc_press(float(rng.uniform(5e-3, 15e-3)), float(rng.uniform(1e-3, 12e-3)))
-    depth = analytic.render(profile, CAMERA, *_place(rng))
-    return Surface(depth, DISTANCE - float(depth.min()))
+    depth = analytic.render(profile, camera, *_place(rng))
+    return Surface(depth, DISTANCE - float(depth.min()), camera)
 
 
-def _free(kind: str, rng: np.random.Generator) -> Surface:
-    return Surface(np.full((CAMERA.height, CAMERA.width), DISTANCE), 0.0)
+def _free(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
+    return Surface(np.full((camera.height, camera.width), DISTANCE), 0.0, camera)
 
 
-OTHERS: dict[str, Callable[[str, np.random.Generator], Surface]] = {
+OTHERS: dict[str, Callable[[str, np.random.Generator, Intrinsics], Surface]] = {
     **dict.fromkeys(("sheet sphere", "sheet cylinder", "sheet box"), _of_sheet),
     **dict.fromkeys(("analytic sphere", "analytic disc"), _in_closed_form),
     "free": _free,
@@ -265,14 +283,14 @@ OTHERS: dict[str, Callable[[str, np.random.Generator], Surface]] = {
 
 
 @cache
-def surface_of(shape: str, number: int) -> Surface:
+def surface_of(shape: str, number: int, camera: Intrinsics = CAMERA) -> Surface:
     """Return one surface of a shape; the same number gives the same."""
     rng = np.random.default_rng((number, *shape.encode()))
     if shape in OTHERS:
-        return OTHERS[shape](shape.rsplit(maxsplit=1)[-1], rng)
+        return OTHERS[shape](shape.rsplit(maxsplit=1)[-1], rng, camera)
     x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
     body, top = SHAPES[shape](x[None, :], y[:, None], rng)
-    return Surface(viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0)))), top)
+    return Surface(viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0))), camera), top, camera)
 
 
 def relaxed(body: Array, ratio: float) -> Array:
@@ -304,13 +322,13 @@ def _move(z: Array, wide: Array, body: Array, first: tuple[int, int], ratio: flo
     z[here] = np.maximum(z[here] + omega * (mean - z[here]), body[here])
 
 
-def viewed(x: Array, y: Array, z: Array) -> Array:
+def viewed(x: Array, y: Array, z: Array, camera: Intrinsics = CAMERA) -> Array:
     """Return the depth (h, w), m, along the axis of the camera, of heights (n, m) over places y, x; 0 beside them."""
     from scipy.ndimage import map_coordinates, spline_filter
 
     spline = spline_filter(z, mode="mirror")
-    v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
-    across, along = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
+    v, u = np.mgrid[0 : camera.height, 0 : camera.width]
+    across, along = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
     height = np.zeros(u.shape)
     for _ in range(12):
         deep = DISTANCE - height

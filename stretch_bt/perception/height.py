@@ -81,7 +81,7 @@ def track_height(
     Returns
     -------
     Estimate
-        Its standard deviation includes noise that is alike over up to some ten pixels, as the frame itself shows it, and the steps in
+        Its standard deviation includes noise that is alike over up to some ten pixels, or five wider than 0.55 mm, as the frame itself shows it, and the steps in
         which heights come, as far as the noise does not even them out. A camera's error that all of the contact shares is not in it.
 
     Raises

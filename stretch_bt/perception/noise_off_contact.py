@@ -28,8 +28,9 @@ __all__ = ["LeftByEllipse", "left_by_ellipse"]
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
 
-STEP = 4  # pixels of a bin, by side; a power of 2
-RADIUS = 16.0  # pixels, the geometric mean of the semi-axes: the noise that passes is up to half as long
+STEPS = 4, 2  # pixels of a bin, by side, and of one of pixels wider than COARSE; powers of 2
+COARSE = 0.55e-3  # m
+RADIUS = 4.0  # bins, the geometric mean of the semi-axes: the noise that passes is up to half as long
 RATIOS: tuple[float, ...] = tuple(np.geomspace(1.0, 5.0, 9).tolist())  # of the semi-axes along j and i
 FIRST = (4, 2, 6, 0, 8)  # of RATIOS, the likeliest first
 # bins; Gaussians after which the variance of the residual is taken, as bins alone hold more white noise than long
@@ -50,20 +51,22 @@ PATCH = 400.0  # pixels that count as one independent value: as of noise alike o
 
 @dataclass(frozen=True, slots=True)
 class LeftByEllipse:
-    """Variances (k,), m^2, of the residual to an ellipse after each of MEANS, with the `ratio` of its semi-axes."""
+    """Variances (k,), m^2, of the residual to an ellipse after each of MEANS, with the `ratio` of its semi-axes and the pixels of a bin."""
 
     variances: Array
     ratio: float
+    step: int
 
     def expected(self, lengths: tuple[float, ...]) -> Array:
         """Return the same variances (k, n) for noise of variance 1 of each length, pixels."""
-        return _expected(self.ratio, lengths)
+        return _expected(self.ratio, self.step, lengths)
 
 
 @dataclass(frozen=True, slots=True)
 class _Free:
-    """Bins (h, w) of a frame: height, share that is valid, places, slopes along both, and where the membrane touches nothing."""
+    """Bins (h, w) of `step` pixels: height, share that is valid, places, slopes along both, and where the membrane touches nothing."""
 
+    step: int
     height: Image
     share: Image
     places: tuple[Image, Image]
@@ -101,26 +104,27 @@ def left_by_ellipse(
     if view.leaves_no_more(lengths, enough):
         return None
     left = np.array([view.variance(k) for k in range(len(MEANS))])
-    return LeftByEllipse(left, view.ratio) if np.isfinite(left).all() and left.all() else None
+    return LeftByEllipse(left, view.ratio, bins.step) if np.isfinite(left).all() and left.all() else None
 
 
 def _bins(cleaned: Cleaned, free: MaskArray) -> _Free:
-    raw, share = cleaned.bins(STEP)
+    step = STEPS[cleaned.pitch > COARSE]
+    raw, share = cleaned.bins(step)
     points = cleaned.points.reshape(len(cleaned.points), -1, 3)[cleaned.box]
-    x, y = (_means(points[..., axis].astype(np.float32), cleaned.valid) for axis in range(2))
+    x, y = (_means(points[..., axis].astype(np.float32), cleaned.valid, step) for axis in range(2))
     filled = np.where(share > 0.0, raw, smooth(raw, share, BENT)[0])
-    pitch = np.float32(cleaned.pitch * STEP)
+    pitch = np.float32(cleaned.pitch * step)
     slopes = derivative(filled, BENT, 1, 0) / pitch, derivative(filled, BENT, 0, 1) / pitch
     bends = (derivative(filled, BENT, 2, 0), derivative(filled, BENT, 0, 2), derivative(filled, BENT, 1, 1))
     beside = np.zeros(raw.shape, dtype=np.float32)
-    cut = free[::STEP, ::STEP][: raw.shape[0], : raw.shape[1]]
+    cut = free[::step, ::step][: raw.shape[0], : raw.shape[1]]
     beside[: cut.shape[0], : cut.shape[1]] = cut
-    return _Free(raw, share, (x, y), slopes, bends, beside)
+    return _Free(step, raw, share, (x, y), slopes, bends, beside)
 
 
-def _means(image: Image, valid: MaskArray) -> Image:
+def _means(image: Image, valid: MaskArray, step: int) -> Image:
     mean, share = shrink(np.where(valid, image, np.float32(0)), valid)
-    for _ in range(STEP.bit_length() - 2):
+    for _ in range(step.bit_length() - 2):
         mean, share = shrink(mean, share)
     return mean
 
@@ -129,17 +133,17 @@ class _View:
     """The residual of bins (h, w), m, to an ellipse, and where it is seen."""
 
     def __init__(self, bins: _Free, ratio: float, stripes: Stripes) -> None:
-        self.ratio, self._bent, self._stripes = ratio, _bent(bins, ratio), stripes
+        self.ratio, self._step, self._bent, self._stripes = ratio, bins.step, _bent(bins, ratio), stripes
         self._rest, self._whole = _rest(bins, ratio)
         self._last = self.variance(-1)
 
     def size(self, lengths: tuple[float, ...]) -> float:
         """Return the variance after the last of MEANS, over the one that noise of variance 1 of the last length, pixels, leaves."""
-        return self._last / float(_expected(self.ratio, lengths)[-1, -1])
+        return self._last / float(_expected(self.ratio, self._step, lengths)[-1, -1])
 
     def leaves_no_more(self, lengths: tuple[float, ...], variances: Array) -> bool:
         """Whether no more is left after the last of MEANS than of noise of variances (k,), m^2, of the lengths (k,), pixels."""
-        return self._last <= float(_expected(self.ratio, lengths)[-1] @ variances)
+        return self._last <= float(_expected(self.ratio, self._step, lengths)[-1] @ variances)
 
     def variance(self, number: int) -> float:
         """Return the variance, m^2, after one of MEANS; infinite where too little is free."""
@@ -148,10 +152,10 @@ class _View:
         if np.count_nonzero(there) < LEAST:
             return math.inf
         mean: Image = np.asarray(total / np.maximum(cover, np.float32(1e-3)), np.float32)
-        found = _unbent(mean, there, self._bent)
+        found = _unbent(mean, there, self._bent, self._step)
         if self._stripes == NO_STRIPES:
             return found
-        by_rows, by_columns = _of_lines(self.ratio)[number]
+        by_rows, by_columns = _of_lines(self.ratio, self._step)[number]
         return max(found - self._stripes.rows * by_rows - self._stripes.columns * by_columns, LEAST_LEFT * found)
 
 
@@ -188,7 +192,7 @@ def _bent(bins: _Free, ratio: float) -> Image:
     return np.asarray(saddle * saddle + k * both * both, dtype=np.float32)
 
 
-def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
+def _unbent(rest: Image, there: MaskArray, bent: Image, step: int) -> float:
     """Return the variance, m^2, that a residual (h, w) has where it is seen and nothing is bent: the likeliest s^2 (1 + a c) of a curvature c."""
     kept = _kept(rest, there)
     square, c = rest[kept] ** 2, bent[kept]
@@ -197,7 +201,7 @@ def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
         square / grows, axis=1, dtype=np.float64
     )  # no product of BLAS, whose last digits are the processor's
     variance = np.maximum(shares, 1e-24)
-    count = square.size * STEP**2 / PATCH
+    count = square.size * step**2 / PATCH
     likely = -0.5 * count * (np.log(variance) + np.log(grows).mean(axis=1))
     best = int(likely[1:].argmax()) + 1
     return float(variance[best if likely[best] > likely[0] + GAIN else 0])
@@ -222,20 +226,20 @@ def _kept(rest: Image, there: MaskArray) -> MaskArray:
 @lru_cache(maxsize=len(RATIOS))
 def _ellipse(ratio: float) -> Image:
     """Return the mean over an ellipse as a kernel of bins, of odd shape."""
-    half_i, half_j = (RADIUS / STEP * factor for factor in (1.0 / math.sqrt(ratio), math.sqrt(ratio)))
+    half_i, half_j = (RADIUS * factor for factor in (1.0 / math.sqrt(ratio), math.sqrt(ratio)))
     v, u = (np.arange(-math.ceil(half), math.ceil(half) + 1) for half in (half_j, half_i))
     past = (1.0 - np.hypot(u[None, :] / half_i, v[:, None] / half_j)) * min(half_i, half_j)
     inside = np.clip(past + 0.5, 0.0, 1.0)
     return np.asarray(inside / inside.sum(), dtype=np.float32)
 
 
-@lru_cache(maxsize=len(RATIOS))
-def _of_lines(ratio: float) -> tuple[tuple[float, float], ...]:
+@lru_cache(maxsize=2 * len(RATIOS))
+def _of_lines(ratio: float, step: int) -> tuple[tuple[float, float], ...]:
     """Return the variances, after each of MEANS, of the residual to an ellipse of rows and of columns of pixels, each of variance 1."""
     found = []
     for kernel in _kernels(ratio):
         across_rows, across_columns = kernel.sum(axis=1), kernel.sum(axis=0)
-        found.append((float(across_rows @ across_rows) / STEP, float(across_columns @ across_columns) / STEP))
+        found.append((float(across_rows @ across_rows) / step, float(across_columns @ across_columns) / step))
     return tuple(found)
 
 
@@ -248,14 +252,14 @@ def _kernels(ratio: float) -> tuple[Array, ...]:
     return tuple(_whole(left, np.outer(line, line)) for line in lines)
 
 
-@lru_cache(maxsize=len(RATIOS))
-def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
+@lru_cache(maxsize=2 * len(RATIOS))
+def _expected(ratio: float, step: int, lengths: tuple[float, ...]) -> Array:
     """Return the variances (k, n) of the residual to an ellipse, after each of MEANS, of noise of variance 1 of each length, pixels."""
     rows = []
     for kernel in _kernels(ratio):
         own = _whole(kernel, kernel[::-1, ::-1])
         v, u = np.indices(own.shape) - (np.array(own.shape) // 2)[:, None, None]
-        rows.append([float((own * _alike(np.hypot(v, u), length)).sum()) for length in lengths])
+        rows.append([float((own * _alike(np.hypot(v, u), length, step)).sum()) for length in lengths])
     return np.array(rows)
 
 
@@ -267,10 +271,10 @@ def _whole(one: Array, other: Array) -> Array:
     return np.asarray(convolve(np.pad(one, ((rows, rows), (columns, columns))), other, mode="constant"))
 
 
-def _alike(away: Array, length: float) -> Array:
-    """Return the covariance of bins so many bins apart, of noise of variance 1 of a length, pixels."""
+def _alike(away: Array, length: float, step: int) -> Array:
+    """Return the covariance of bins of `step` pixels so many bins apart, of noise of variance 1 of a length, pixels."""
     if length == 0.0:
-        return np.asarray((away == 0.0) / STEP**2)
-    square = length**2 / STEP**2
-    wider = square + (1.0 - 1.0 / STEP**2) / 12.0  # the bins blur as a Gaussian of their own variance does
+        return np.asarray((away == 0.0) / step**2)
+    square = length**2 / step**2
+    wider = square + (1.0 - 1.0 / step**2) / 12.0  # the bins blur as a Gaussian of their own variance does
     return np.asarray(square / wider * np.exp(-(away**2) / (4.0 * wider)))

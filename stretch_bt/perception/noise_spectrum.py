@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.noise_off_contact import LeftByEllipse, left_by_ellipse
+from stretch_bt.perception.noise_off_contact import COARSE, LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
 from stretch_bt.perception.stripes import NO_STRIPES, Stripes, without_lines
@@ -23,7 +23,11 @@ Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
 
 LENGTHS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.5, 9.0)  # pixels
-WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian, pixels, and how often it is taken away
+Width = tuple[int, float, int]  # of bins and of the Gaussian, pixels, and how often it is taken away
+WIDTHS: tuple[Width, ...] = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))
+COARSE_LENGTHS = 5  # of LENGTHS, of pixels wider than COARSE, m
+WIDEST = 4.0e-3  # m, of a Gaussian: the membrane bends over such lengths, however many pixels they are
+NARROWEST = 3.0, 1.5  # pixels and bins, of a Gaussian
 LAGS = 4
 #: share of a residual that noise of each length must explain: the longest differ little from membrane, and from chance
 LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
@@ -149,49 +153,68 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
     """Return the noise of a frame.
 
     The covariance of the residuals to means of some widths, a few pixels apart, is compared with the one that noise of each length
-    leaves; least squares that are not negative give the variances. Noise alike over more than some ten pixels passes for membrane,
-    and without `free` a part of the noise alike over more than five.
+    leaves; least squares that are not negative give the variances. Noise alike over more than some ten pixels, or five of those
+    wider than 0.55 mm, passes for membrane, and without `free` a part of the noise alike over more than half as many.
 
     Parameters
     ----------
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
     free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there the mean over an ellipse separates noise of up to some 9 pixels from membrane. It counts
+        Where the membrane touches nothing: there the mean over an ellipse separates noise of up to some 9 pixels, or 5 wide ones, from membrane. It counts
         where means show noise of more than 3 pixels, and where its residual is clearly more than the noise that they show.
     """
-    rows, found = list[Array](), list[Array]()
-    for step, width, times in WIDTHS:
-        seen = _left(cleaned, step, width, times, apart if step == WIDTHS[-1][0] else None)
+    rows, found, widths = list[Array](), list[Array](), _widths(cleaned.pitch)
+    lengths = LENGTHS[:COARSE_LENGTHS] if cleaned.pitch > COARSE else LENGTHS
+    for step, width, times in widths:
+        seen = _left(cleaned, step, width, times, apart if times == WIDTHS[-1][2] else None)
         if seen is not None and seen[0] > 0.0:
-            rows.append(_expected(step, width, times) / seen[0])
+            rows.append(_expected(step, width, times)[:, : len(lengths)] / seen[0])
             found.append(seen / seen[0])
     if not rows:
         return NoiseSpectrum(np.zeros(1), np.zeros(1), cleaned.stripes)
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
     if free is not None:
-        variances = _with_ellipse(cleaned, free, rows, found, variances)
-    return NoiseSpectrum(variances, np.array(LENGTHS), cleaned.stripes)
+        variances = _with_ellipse(cleaned, free, lengths, rows, found, variances)
+    return NoiseSpectrum(variances, np.array(lengths), cleaned.stripes)
 
 
-def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: list[Array], variances: Array) -> Array:
+def _widths(pitch: float) -> tuple[Width, ...]:
+    """Return WIDTHS, or narrower ones where pixels are so wide, m, that the membrane bends over them."""
+    if pitch <= COARSE:
+        return WIDTHS
+    widest = max(WIDEST / pitch, NARROWEST[0])
+    return tuple(
+        (min(step, 1 << int(math.log2(min(width, widest) / NARROWEST[1]))), min(width, widest), times)
+        for step, width, times in WIDTHS
+    )
+
+
+def _with_ellipse(
+    cleaned: Cleaned,
+    free: MaskArray,
+    lengths: tuple[float, ...],
+    rows: list[Array],
+    found: list[Array],
+    variances: Array,
+) -> Array:
     """Return variances (k,), m^2, by means alone, by an ellipse too where noise is long, or in part, as far as the ellipse shows that it is."""
     is_long = bool(variances[LONG:].any())
-    left = left_by_ellipse(cleaned, free, LENGTHS, (0.0 if is_long else math.exp(DOUBT[0])) * variances)
+    left = left_by_ellipse(cleaned, free, lengths, (0.0 if is_long else math.exp(DOUBT[0])) * variances)
     if left is None:
         return variances
     few = slice(len(WIDTHS) - 1)
-    other = _of_ellipse(left, np.concatenate(rows[few]), np.concatenate(found[few]), variances)
+    other = _of_ellipse(left, lengths, np.concatenate(rows[few]), np.concatenate(found[few]), variances)
     if is_long:
         return other
-    more = math.log(left.variances[-1] / max(float(left.expected(LENGTHS)[-1] @ variances), 1e-30))
+    more = math.log(left.variances[-1] / max(float(left.expected(lengths)[-1] @ variances), 1e-30))
     trust = min((more - DOUBT[0]) / (DOUBT[1] - DOUBT[0]), 1.0)
     return np.asarray(variances + trust * (other - variances))
 
 
-def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
+def _of_ellipse(left: LeftByEllipse, lengths: tuple[float, ...], rows: Array, found: Array, variances: Array) -> Array:
     """Return variances (k,), m^2, that explain the residuals to narrow means and an ellipse; each sum of squares errs in proportion to itself."""
-    wanted = left.expected(LENGTHS)
+    wanted = left.expected(lengths)
     short = wanted[:, :SHORT] @ variances[:SHORT]  # that membrane does not hide
     seen = np.maximum(left.variances, short)
     for _ in range(ROUNDS):
@@ -280,7 +303,7 @@ def _not_negative(design: Array, wanted: Array, least: tuple[float, ...] = LEAST
     size = np.sqrt((design * design).sum(axis=0))
     scaled = design / size
     normal, right = scaled.T @ scaled, scaled.T @ wanted
-    some = _descent(normal, right - np.array(least), np.ones(len(right), dtype=bool)) > 0.0
+    some = _descent(normal, right - np.array(least[: len(right)]), np.ones(len(right), dtype=bool)) > 0.0
     found: Array = _descent(normal, right, some) / size
     return found
 
