@@ -43,6 +43,7 @@ Array = npt.NDArray[np.float64]
 CAMERA, DISTANCE = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333), 0.2
 PITCH, WIDE, LONG = 0.5e-3, 0.045, 0.058  # m; of the grid, half the width, half the length
 FILLET = 1e-3  # m
+TIPS = (0.5e-3, 6e-3)  # m, radii of the balls of tips
 POOL = 12  # surfaces of each shape
 LEAST_DEPTH = 1e-3  # m; below it a refusal does not count
 
@@ -262,13 +263,25 @@ def _of_sheet(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surfac
 
 
 def _in_closed_form(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
-    """Return a cap or a disc in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
-    if kind == "sphere":
+    """Return a cap, a small ball or a disc in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
+    if kind == "tip":
+        profile = _tip(float(np.exp(rng.uniform(*np.log(TIPS)))), float(rng.uniform(3.5e-3, 8e-3)))
+    elif kind == "sphere":
         profile = analytic.sphere_press(float(rng.uniform(8e-3, 30e-3)), float(rng.uniform(0.2, 0.65)))
     else:
         profile = analytic.disc_press(float(rng.uniform(5e-3, 15e-3)), float(rng.uniform(1e-3, 12e-3)))
     depth = analytic.render(profile, camera, *_place(rng))
     return Surface(depth, DISTANCE - float(depth.min()), camera)
+
+
+def _tip(radius: float, depth: float) -> Callable[[Array], Array]:
+    """Return the height over distance from the axis, m, of a membrane that a ball of a radius presses so deep."""
+    from scipy.optimize import brentq
+
+    def past(angle: float) -> float:
+        return float(analytic.sphere_press(radius, angle)(np.zeros(1))[0]) - depth
+
+    return analytic.sphere_press(radius, float(brentq(past, 0.05, 1.4)))
 
 
 def _free(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
@@ -277,7 +290,7 @@ def _free(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
 
 OTHERS: dict[str, Callable[[str, np.random.Generator, Intrinsics], Surface]] = {
     **dict.fromkeys(("sheet sphere", "sheet cylinder", "sheet box"), _of_sheet),
-    **dict.fromkeys(("analytic sphere", "analytic disc"), _in_closed_form),
+    **dict.fromkeys(("analytic sphere", "analytic disc", "analytic tip"), _in_closed_form),
     "free": _free,
 }
 

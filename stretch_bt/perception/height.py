@@ -36,6 +36,7 @@ HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
+ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 LEAST_POINTS = 12
 MOST_CURVED = 1e10  # 1/m, of an atom
 PARTS = 2  # high parts of a contact that are tried
@@ -81,8 +82,9 @@ def track_height(
     Returns
     -------
     Estimate
-        Its standard deviation includes noise that is alike over up to some ten pixels, or five wider than 0.55 mm, as the frame itself shows it, and the steps in
-        which heights come, as far as the noise does not even them out. A camera's error that all of the contact shares is not in it.
+        Its standard deviation includes noise that is alike over up to some ten pixels, or five wider than 0.55 mm, as the frame itself
+        shows it, and the steps in which heights come, as far as the noise does not even them out. A camera's error that all of the
+        contact shares is not in it.
 
     Raises
     ------
@@ -264,13 +266,22 @@ def _best(points: Points, known: Estimate | None = None, by_half: float = 1.0) -
         middle = top.vertex(radius)
         before, near = near, _disc(points, _away(cloud, middle), within)
         if not np.array_equal(before.places, near.places):
-            top = Top(near, middle, even=False).bent(known)
-    if top.is_curved:
+            top = _finer(top, near, middle, known)
         found = top.estimate(radius)
         unlike = by_half * _unlike_half(found, near, middle, radius, known)
         return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), True)
     top, flat = Top(near, middle, even=True), _flat(near)
     return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+
+
+def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> Top:
+    """Return the top of a disc near the middle (2,); where that alone shows no curvature, with the one of a wider disc, which may hold skirt."""
+    top = Top(near, middle, even=False).bent(known)
+    if top.is_curved:
+        return top
+    of_wide = Estimate(wide.curvature, math.hypot(wide.curvature_sd, ROUGHLY * wide.curvature))
+    bent = top.bent(of_wide)
+    return bent if bent.is_convex else wide
 
 
 def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:

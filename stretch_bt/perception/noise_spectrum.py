@@ -161,8 +161,9 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
     free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there the mean over an ellipse separates noise of up to some 9 pixels, or 5 wide ones, from membrane. It counts
-        where means show noise of more than 3 pixels, and where its residual is clearly more than the noise that they show.
+        Where the membrane touches nothing: there the mean over an ellipse separates noise of up to some 9 pixels, or 5 wide ones, from
+        membrane. It counts where means show noise of more than 3 pixels, and where its residual is clearly more than the noise that they
+        show.
     """
     rows, found, widths = list[Array](), list[Array](), _widths(cleaned.pitch)
     lengths = LENGTHS[:COARSE_LENGTHS] if cleaned.pitch > COARSE else LENGTHS

@@ -20,6 +20,9 @@ RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # radius of the disc over the contact's
 # spheres, caps, discs and blocks without noise (`python -m benchmarks.height_noise --bend`): the skirt within it is no quadratic.
 BELOW = (-0.004, -0.017, 0.010, 0.050, 0.110)
 OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
+# Share of the sag within a disc by which its vertex lies below a tip, and the standard deviation of that, where the sag over the radius is the
+# second of STEEP and more; below the first, the top is round (balls of R 0.5 to 6 mm, `python -m benchmarks.height_noise --shape "analytic tip"`)
+TIP, STEEP = (0.25, 0.1, 0.0, 0.0, 0.0), (0.15, 0.3)
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
 # factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
 SURER = 1.15
@@ -44,15 +47,16 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
-    best = _surest(top if enough else None, contact, around)
+    best, tip = _surest(top if enough else None, contact, around)
     if best is None:
         return top
     apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
-    return Estimate(best.value, math.hypot(SURER * best.sd, apart))
+    return Estimate(best.value + tip, math.hypot(SURER * best.sd, apart, tip))
 
 
-def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:
-    """Return the surest of a height, m, and the heights by wider discs; None where there is none."""
+def _surest(best: Estimate | None, contact: Points, around: Points) -> tuple[Estimate | None, float]:
+    """Return the surest of a height, m, and the heights by wider discs, None where there is none, and how far a tip may stand above it, m."""
+    tip = 0.0
     start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
@@ -65,9 +69,9 @@ def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate 
             found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
             continue
-        if found is not None and (best is None or found.sd < best.sd):
-            best = found
-    return best
+        if found is not None and (best is None or found[0].sd < best.sd):
+            best, tip = found
+    return best, tip
 
 
 def _pixels(contact: Points) -> int:
@@ -75,8 +79,11 @@ def _pixels(contact: Points) -> int:
     return len(contact) * contact.every**2
 
 
-def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate | None:
-    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
+def _of_disc(around: Points, middle: Array, radius: float, share: float) -> tuple[Estimate, float] | None:
+    """Return the height by the disc of a radius, m, which is such a share of the contact's, and how far a tip may stand above it, m.
+
+    None where it shows no top.
+    """
     for most in (ROUGHLY, around.places.size):
         x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
         near = np.flatnonzero(x * x + y * y <= radius * radius)
@@ -89,4 +96,6 @@ def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Esti
     seen = top.estimate(0.5 * radius)
     below, off = float(np.interp(share, RADII, BELOW)), float(np.interp(share, RADII, OFF))
     height = seen.value / (1.0 - below)
-    return Estimate(height, math.hypot(seen.sd, off * height))
+    sag = 0.5 * top.curvature * radius**2
+    tip = float(np.interp(share, RADII, TIP)) * sag * float(np.interp(sag / radius, STEEP, (0.0, 1.0)))
+    return Estimate(height, math.hypot(seen.sd, off * height)), tip
