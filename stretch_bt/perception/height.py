@@ -15,6 +15,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact, shown
 from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
+from stretch_bt.perception.leaning_face import face_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.pitch import pitch_of
 from stretch_bt.perception.robust import quantile, sample
@@ -147,9 +148,12 @@ def _highest(
     lean = lean_of(points, valid, touching, noise, highest.height)
     if lean.height is not None:
         return lean.height
+    face = face_of(points, valid, touching, noise, highest.height, lean.slope, flat=len(tops) == 1 and not curved)
+    if face.height is not None:
+        return face.height
     top = _highest_part(points, valid, touching, noise, others, curvature, tops)
     alone = len(tops) == 1 and top == tops[0].height  # a higher part, or two bodies, make a plane that is no face's
-    return top if curved or (lean.is_hidden and not alone) else lean.of(top)
+    return face.of(top if curved or (lean.is_hidden and not alone) else lean.of(top))
 
 
 def _highest_part(
@@ -264,24 +268,24 @@ def _best(points: Points, known: Estimate | None = None, by_half: float = 1.0) -
     if top.is_curved:
         within = min(reach, max(BEND / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
-        before, near = near, _disc(points, _away(cloud, middle), within)
+        before, near, shown = near, _disc(points, _away(cloud, middle), within), True
         if not np.array_equal(before.places, near.places):
-            top = _finer(top, near, middle, known)
+            top, shown = _finer(top, near, middle, known)
         found = top.estimate(radius)
         unlike = by_half * _unlike_half(found, near, middle, radius, known)
-        return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), True)
+        return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
     top, flat = Top(near, middle, even=True), _flat(near)
     return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
 
 
-def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> Top:
-    """Return the top of a disc near the middle (2,); where that alone shows no curvature, with the one of a wider disc, which may hold skirt."""
+def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tuple[Top, bool]:
+    """Return the top of a disc near the middle (2,), and whether it shows a curvature; if not, with that of a wider disc, which may hold skirt."""
     top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
-        return top
+        return top, True
     of_wide = Estimate(wide.curvature, math.hypot(wide.curvature_sd, ROUGHLY * wide.curvature))
     bent = top.bent(of_wide)
-    return bent if bent.is_convex else wide
+    return (bent if bent.is_convex else wide), False
 
 
 def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:

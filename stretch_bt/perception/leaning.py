@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,9 @@ from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["Lean", "lean_of", "share_beyond"]
+__all__ = ["STEEPEST", "Lean", "lean_of", "radius_of", "share_beyond"]
 
+Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
 
 LEAST_WIDE = 5  # pixels along a side, of the means that are compared with the plane
@@ -79,12 +80,14 @@ class Lean:
     """How a flat top leans: `height`, m, of the middle of its face, None where that is not seen.
 
     `unseen`, m, is then the standard deviation of the contact's height, as the contact may be the high part of the face alone;
-    `is_hidden` says that noise hides the rest of its plane, so that a contact with skirt in it looks alike.
+    `is_hidden` says that noise hides the rest of its plane, so that a contact with skirt in it looks alike. `slope` is the slopes along x and y
+    of the plane of the contact, with their standard deviation.
     """
 
     height: Estimate | None
     unseen: float
     is_hidden: bool = False
+    slope: tuple[Array, float] | None = None
 
     def of(self, top: Estimate) -> Estimate:
         """Return the height of the top, m, when the contact alone gives `top`, m, as its height."""
@@ -97,13 +100,16 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
     `top`, m, is the height of their middle. They are a part of the face only where its high edge alone bends the membrane clearly.
     """
     seen = _seen(points, valid, touching, noise)
-    if seen.beside < FINE:
-        return _by_plane(points, seen, noise, top)
+    is_fine = seen.beside < FINE
+    found = _by_plane(points, seen, noise, top) if is_fine else Lean(None, 0.0)
     start = _plane(seen, seen.start)
     if start is None:
-        return Lean(None, 0.0)
+        return found
     sd = _slope_sd(start, int(np.count_nonzero(seen.start)) * seen.every**2, noise)
-    return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius, True)
+    slope = np.array([start.a, start.b]), sd
+    if is_fine:
+        return replace(found, slope=slope)
+    return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius, True, slope)
 
 
 def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estimate) -> Lean:
@@ -229,11 +235,11 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
         every,
         wide,
         max(BESIDE * one, LEAST_BESIDE),
-        _radius(cloud, start & here),
+        radius_of(cloud, start & here),
     )
 
 
-def _radius(cloud: FloatArray, there: MaskArray) -> float:
+def radius_of(cloud: FloatArray, there: MaskArray) -> float:
     """Return the radius, m, of a disc as large as the area of points (h, w, 3), m, in a mask."""
     import cv2
 
