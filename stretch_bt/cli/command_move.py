@@ -81,9 +81,9 @@ def _faulty(name: str, fault: DeviceFault) -> Finding:
     from stretch_bt.hardware.examine import AS_IT_SAYS
     from stretch_bt.hardware.finding import Finding
 
-    slower = "speed" in fault.reason
-    beyond = "go more slowly" if slower else "go less far"
-    fix = beyond if isinstance(fault, BeyondLimits) else AS_IT_SAYS
+    fix = AS_IT_SAYS
+    if isinstance(fault, BeyondLimits):
+        fix = "go more slowly" if "speed" in fault.concerns else "go less far"
     return Finding(name, False, fault.reason, fix)
 
 
