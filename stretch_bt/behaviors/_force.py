@@ -1,4 +1,4 @@
-"""Means of a force sensor's readings: fresh ones, along the hand's axis, from a sensor that answers."""
+"""The force along the hand's axis, and means of a force sensor's readings of it: fresh ones, from a sensor that answers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.behaviors.records import ForceSample, Touch
 from stretch_bt.errors import IllConditioned
@@ -13,7 +14,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
 from stretch_bt.tree.context import Context
 
-__all__ = ["ForceMean", "check_alive"]
+__all__ = ["ForceMean", "along_hand", "check_alive"]
 
 MAX_AGE = 0.2
 _SILENT = 1.0  # s without a new reading
@@ -21,6 +22,11 @@ _APART = 5e-4  # m between two measurements whose forces cannot be the same to t
 _DEEP = 1e-3  # m past first contact; deeper there is a force
 
 Readings = list[tuple[float, float, float]]
+
+
+def along_hand(forces: npt.ArrayLike, pose: Pose) -> npt.NDArray[np.float64]:
+    """Return forces (..., 3), N, of wrenches in world axes, along the axis (...) of a hand at a pose, away from the object."""
+    return np.asarray(forces, dtype=np.float64) @ pose.matrix()[:, 2]
 
 
 class ForceMean:
@@ -52,7 +58,7 @@ class ForceMean:
         """Return the mean force along the hand's axis, N, away from the object, with its standard error."""
         # without an arm the hand points straight down
         pose = Pose() if self.arm is None else self.arm.pose(MAX_AGE).value
-        along = np.asarray(self.forces) @ pose.matrix()[:, 2]
+        along = along_hand(self.forces, pose)
         alone = len(set(self.forces)) == 1
         spread = 0.0 if alone else float(along.std(ddof=1))
         return ForceSample(

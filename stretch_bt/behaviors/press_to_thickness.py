@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stretch_bt import perception
+from stretch_bt.behaviors._force import along_hand
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, touched_at
 from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
-from stretch_bt.frames import DepthFrame
+from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.control.thickness import next_step
@@ -84,7 +85,7 @@ class PressToThickness(MotionBehavior):
         top = height_over_table(shot, self.context.hand.geometry, self.mounting, self.pattern)
         step = next_step(top.value, self.thickness, pose.height, lowest, limited=self.limited, steps=self.looks)
         if step.ended:
-            self.reached, self.ended, self.force = top, step.ended, self.look.force
+            self.reached, self.ended, self.force = top, step.ended, self.look.force_along(pose)
             return Status.SUCCESS
         self.target, self.phase = pose.at_height(step.height), self._move
         self.start()
@@ -106,25 +107,25 @@ class PressToThickness(MotionBehavior):
 
 
 class _Look:
-    """Takes frames, and the forces along the hand's axis meanwhile, while the hand stands still."""
+    """Takes frames, and the forces on the hand meanwhile, while it stands still."""
 
     def __init__(self, source: FrameSource, arm: Arm) -> None:
         self._source, self._arm = source, arm
         self.frames: list[DepthFrame] = []
-        self._forces: list[float] = []
+        self._forces: list[tuple[float, float, float]] = []
 
     def add(self) -> bool:
         """Take the force and the next frame, if any, and return whether there are enough frames."""
         frame = self._source.next()
-        self._forces.append(self._arm.wrench(MAX_AGE).value.force[2])
+        self._forces.append(self._arm.wrench(MAX_AGE).value.force)
         if frame is not None:
             self.frames.append(frame)
         return len(self.frames) >= FRAMES
 
-    @property
-    def force(self) -> float:
-        """The mean force, N."""
-        return sum(self._forces) / len(self._forces)
+    def force_along(self, pose: Pose) -> float:
+        """Return the mean force along the axis of a hand at a pose, N."""
+        along: list[float] = along_hand(self._forces, pose).tolist()
+        return sum(along) / len(along)
 
 
 def _most(force: Force, margin: float, limits: Limits | None) -> float:

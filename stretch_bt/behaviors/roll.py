@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+from stretch_bt.behaviors._force import along_hand
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._limited_motion import LimitedMotion
 from stretch_bt.behaviors._motion import MOST_DEPTH, lowest_of, touched_at
@@ -79,7 +80,7 @@ class Roll(LimitedMotion):
     def watch(self) -> Status | None:
         """Stop at the limit of force."""
         ended = super().watch()
-        self.readings.append(self.limit.latest[2])
+        self.readings.append(float(along_hand(self.limit.latest, self.begin)))  # it stays turned as at the beginning
         return ended
 
     def arrived(self) -> Status:

@@ -15,9 +15,7 @@ from stretch_bt.cli.output import emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from stretch_bt.clock import Clock
     from stretch_bt.hardware.cell_file import CellSpec
-    from stretch_bt.hardware.driver import Driver
     from stretch_bt.runtime.hand_calibration import HandCalibration
 
 __all__ = ["command"]
@@ -36,7 +34,7 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Find where the camera stands in the hand, and which opening a count of the gripper is: the membrane is stretched and looked at."""
-    from stretch_bt.hardware.cell import open_cell
+    from stretch_bt.hardware.cell import clock_of, open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.hand_file import written
     from stretch_bt.runtime.hand_calibration import calibrate_hand, hand_devices
@@ -57,7 +55,7 @@ def command(
         way = f"from {1e3 * max(low, 0.0):.0f} to {1e3 * high:.0f} mm"
         text = f"The fingers will stretch the membrane {way}. Does it touch nothing, and is everybody clear of it?"
         typer.confirm(text, abort=True, err=True)
-    clock = _clock(classes)
+    clock = clock_of(spec, wanted)
     simulates = load_scene(scene) if any(cls.simulated for cls in classes) else None
     found = use_cell(
         lambda: open_cell(spec, clock=clock, seed=seed, scene=simulates, only=wanted),
@@ -71,15 +69,6 @@ def command(
         file.write(written(fields))
     if not json_:
         typer.echo(f"written: {out}; name it in the cell file as 'hand: {{calibration: {out.name}}}'")
-
-
-def _clock(classes: list[type[Driver]]) -> Clock:
-    """Return the machine's clock where a device is real, mixed where another is simulated, else one that goes as fast as is computed."""
-    from stretch_bt.clock import MixedClock, RealClock, VirtualClock
-
-    if all(cls.any_clock for cls in classes):
-        return VirtualClock()
-    return MixedClock() if any(cls.simulated for cls in classes) else RealClock()
 
 
 def _fields(found: HandCalibration, spec: CellSpec, frames: int) -> dict[str, Any]:

@@ -51,14 +51,13 @@ def command(
 
 def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, yes: bool) -> tuple[Finding, int]:
     """Open the arm, ask, and move it; return how that ended, and the exit code."""
-    from stretch_bt.clock import Clock, RealClock, VirtualClock
-    from stretch_bt.hardware.cell import open_cell
+    from stretch_bt.hardware.cell import clock_of, open_cell
     from stretch_bt.runtime.use_cell import use_cell
     from stretch_bt.runtime.vertical_move import VerticalMove
     from stretch_bt.simulation.scene import load_scene
 
     simulated = spec.devices[name].implementation.cls.simulated
-    clock: Clock = VirtualClock() if simulated else RealClock()
+    clock = clock_of(spec, [name])
     simulates = load_scene(scene) if simulated else None
 
     def move_in(opened: Cell) -> tuple[Finding, int]:
@@ -74,16 +73,16 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
             return move.stopped("stopped by Ctrl-C"), EXIT_INTERRUPTED
         return found, 0 if found.ok else EXIT_FAILURE
 
-    return use_cell(lambda: open_cell(spec, now=clock.now, scene=simulates, only=[name]), move_in)
+    return use_cell(lambda: open_cell(spec, clock=clock, scene=simulates, only=[name]), move_in)
 
 
 def _faulty(name: str, fault: DeviceFault) -> Finding:
     from stretch_bt.hardware.examine import AS_IT_SAYS
     from stretch_bt.hardware.finding import Finding
 
-    slower = "speed" in fault.reason
-    beyond = "go more slowly" if slower else "go less far"
-    fix = beyond if isinstance(fault, BeyondLimits) else AS_IT_SAYS
+    fix = AS_IT_SAYS
+    if isinstance(fault, BeyondLimits):
+        fix = "go more slowly" if "speed" in fault.concerns else "go less far"
     return Finding(name, False, fault.reason, fix)
 
 

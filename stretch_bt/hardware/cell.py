@@ -193,12 +193,19 @@ def open_cell(
     return cell
 
 
-def clock_of(spec: CellSpec) -> Clock:
-    """Return a clock for a run on a cell: the machine's where a device is real, else one that goes as fast as is computed."""
-    classes = [device.implementation.cls for device in spec.devices.values()]
-    if all(cls.any_clock for cls in classes):
+def clock_of(spec: CellSpec, only: Collection[str] | None = None) -> Clock:
+    """Return a clock for devices of a cell, `only` those named or all: one that goes as fast as is computed where none is real, the machine's
+    where all are, and one that stands still in a tick where some are.
+
+    Raises
+    ------
+    CellError
+        The cell has no device of a name in `only`.
+    """
+    free = {spec.devices[name].implementation.cls.any_clock for name in _wanted(spec, only)}
+    if False not in free:
         return VirtualClock()
-    return MixedClock() if any(cls.any_clock for cls in classes) else RealClock()
+    return MixedClock() if True in free else RealClock()
 
 
 def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:

@@ -16,7 +16,7 @@ from stretch_bt.perception.deprojection import deproject
 from stretch_bt.perception.types import MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["HandView", "view_of_hand"]
+__all__ = ["HandView", "OutOfView", "view_of_hand"]
 
 Array = npt.NDArray[np.float64]
 
@@ -39,6 +39,10 @@ _UNIFORM = 1 / math.sqrt(12)
 #: largest residual of a free membrane to its shape, and how much nearer to the camera its middle is than its ends at most, m, whatever the
 #: camera's error: free ones showed 1.7 and 1.0 mm at most, and pressed by 5 mm or more one of the two is larger
 _BUMP, _RISEN = 0.0019, 0.0016
+
+
+class OutOfView(IllConditioned):
+    """The membrane is seen, and an end or a side of it is not, as far as can be told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +81,10 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
 
     Raises
     ------
+    OutOfView
+        One of the membrane's edges is not in view, or something is before it.
     IllConditioned
-        The membrane, or one of its edges, is not in view.
+        The membrane is not in view, or it touches something.
     """
     if not distance > 0:
         raise InvalidInput(f"the distance to the membrane must be above 0 m, got {distance:g}")
@@ -174,7 +180,7 @@ def _edges(flat: Array, on: MaskArray, *, along: int, pitch: float) -> _Edges:
     first, last = mask[:, lines].argmax(axis=0), mask.shape[0] - 1 - mask[::-1, lines].argmax(axis=0)
     if np.median(first) < 1 or np.median(last) > mask.shape[0] - 2:
         which = "an end of the membrane under the fingers" if along == 1 else "a free side of the membrane"
-        raise IllConditioned(
+        raise OutOfView(
             f"{which} is out of view, so that its length is not known; move the camera so that it sees all of it"
         )
     found = []
@@ -195,7 +201,7 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
     keep = np.abs(y - np.median(y)) < 0.005
     for _ in range(3):
         if np.count_nonzero(keep) < _ON_LINE * len(keep):
-            raise IllConditioned(
+            raise OutOfView(
                 "an edge of the membrane is no line: it is out of view, or something is before it; free the view of all of it"
             )
         slope, height = np.polyfit(x[keep], y[keep], 1)

@@ -16,7 +16,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.perception.hand_eye import HandView, view_of_hand
+from stretch_bt.perception.hand_eye import HandView, OutOfView, view_of_hand
 from stretch_bt.runtime.pending_finally import raise_besides
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.units import Estimate
@@ -104,8 +104,8 @@ def calibrate_hand(
             frame = _look(camera, frames, clock)
             try:
                 view = view_of_hand(frame, geometry.plane_distance)
-            except IllConditioned as refused:
-                if len(found) < 2 or "out of view" not in refused.reason:
+            except OutOfView as refused:
+                if len(found) < 2:
                     raise
                 said(f"stretch {1e3 * stretch:.1f} mm: {refused.reason}; the stops end here")
                 break

@@ -49,7 +49,8 @@ def told(made, name):
 
 
 def arm(force=1.0, motion=(MotionState.MOVING, MotionState.DONE), pose=START):
-    return ScriptedDevice("Arm", {"pose": pose, "wrench": Wrench((0.0, 0.0, force))}, motion=list(motion))
+    along = tuple(force * pose.matrix()[:, 2])
+    return ScriptedDevice("Arm", {"pose": pose, "wrench": Wrench(along)}, motion=list(motion))
 
 
 def device_of(made):
@@ -83,9 +84,10 @@ def test_it_rolls_lap_after_lap_until_it_is_stopped():
     assert roll.motion is None
 
 
-@pytest.mark.parametrize(("force", "wanted", "lower"), [(0.5, 1.0, True), (2.0, 1.0, False)])
-def test_the_height_follows_the_force(force, wanted, lower):
-    device = arm(force)
+@pytest.mark.parametrize("lean", [0.0, 0.8])
+@pytest.mark.parametrize(("force", "wanted", "lower"), [(0.5, 1.0, True), (1.3, 1.0, False)])
+def test_the_height_follows_the_force_along_the_hands_axis(force, wanted, lower, lean):
+    device = arm(force, pose=Pose(START.position, (lean, 0.0, 0.0)))
     roll = node("roll", device, shape="eight", force=wanted, depth=0.004, laps=1)
     assert tick(roll, 16) is Status.SUCCESS
     heights = [path[0][2] for path in paths(device)]

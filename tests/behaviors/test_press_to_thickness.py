@@ -29,9 +29,10 @@ def frame(top):
 
 @pytest.fixture
 def press(bench):
-    def made(forces, motion, top=TOP, limits=None, **inputs):
-        forces = [Wrench((0.0, 0.0, f)) for f in forces]
-        arm = ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, HAND)), "wrench": forces}, motion)
+    def made(forces, motion, top=TOP, limits=None, lean=0.0, **inputs):
+        pose = Pose((0.0, 0.0, HAND), (lean, 0.0, 0.0))
+        forces = [Wrench(tuple(f * pose.matrix()[:, 2])) for f in forces]
+        arm = ScriptedDevice("Arm", {"pose": pose, "wrench": forces}, motion)
         run = bench(camera=ScriptedDevice("DepthCamera", {"frame": frame(top)}))
         run.context.devices["arm"], run.context.limits = arm, limits
         return run.run("press_to_thickness", touch=Touch(TOUCHED, 0.0), **inputs), arm
@@ -44,6 +45,12 @@ def test_a_top_that_is_low_enough_is_left_alone(press):
     assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "thickness")
     assert node.sinks["reached"].value == pytest.approx(HAND + TOP - LIFT, abs=1e-4)
     assert not arm.commands
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+def test_the_force_is_that_along_the_hands_axis(press, lean):
+    node, _ = press([2.0], [DONE], thickness=HAND + TOP + 0.005, lean=lean)
+    assert (node.status, node.sinks["force"].value) == (Status.SUCCESS, pytest.approx(2.0))
 
 
 @pytest.mark.parametrize("motion", [[DONE], [MOVING, DONE]])

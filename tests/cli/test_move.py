@@ -81,6 +81,20 @@ def test_what_it_refuses_moves_nothing(cli, behind):
 
 
 @pytest.mark.parametrize(
+    ("joint_speed", "asked", "said", "fix"),
+    [
+        ("60 deg/s", ("--up", "110mm"), "height 310 mm is past", "go less far"),
+        ("60 deg/s", ("--up", "10mm", "--speed", "101mm/s"), "speed 101 mm/s is past", "go more slowly"),
+        ("1 deg/s", ("--up", "10mm", "--speed", "99mm/s"), "go slower", "go more slowly"),
+    ],
+)
+def test_what_to_do_goes_by_the_limit_that_is_concerned(cli, behind, joint_speed, asked, said, fix):
+    Path("lab.yaml").write_text(lab_cell(HOST, {"arm": {**LAB["arm"], "joint_speed": joint_speed}}) + LIMITS)
+    found = found_in(cli("move", "lab.yaml", *asked, "--yes", "--json")[1])
+    assert (said in found["detail"], found["fix"]) == (True, fix), found
+
+
+@pytest.mark.parametrize(
     ("typed", "goes"), [("y\n", True), ("", False), pytest.param("n\n", False, marks=pytest.mark.slow)]
 )
 def test_it_asks_and_does_not_move_without_a_yes(cli, behind, monkeypatch, tmp_path, typed, goes):

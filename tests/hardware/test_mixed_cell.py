@@ -11,10 +11,11 @@ import typer
 
 import stretch_bt
 from stretch_bt.cli.command_calibrate_hand import command as calibrate_hand
+from stretch_bt.cli.command_move import command as move
 from stretch_bt.clock import MixedClock, RealClock, VirtualClock
-from stretch_bt.errors import DeviceLost, StaleReading, StretchError
+from stretch_bt.errors import CellError, DeviceLost, StaleReading, StretchError
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
-from stretch_bt.hardware import implementations
+from stretch_bt.hardware import cell, implementations
 from stretch_bt.hardware.cell import clock_of
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import ArmDriver, DepthCameraDriver, ForceSensorDriver, GripperDriver, Options
@@ -146,10 +147,51 @@ def mixed(tmp_path, monkeypatch):
 
 
 def test_which_clock_a_cell_goes_by(mixed, tmp_path):
-    assert isinstance(clock_of(load_cell("simulated")), VirtualClock)
-    assert isinstance(clock_of(load_cell(mixed(GRIPPER))), MixedClock)
-    only = "format: stretch-cell/1\ndevices: {gripper: {type: Gripper, use: of_test}}\n"
-    assert type(clock_of(load_cell(mixed(only)))) is RealClock
+    assert type(clock_of(load_cell("simulated"))) is VirtualClock
+    spec = load_cell(mixed(GRIPPER))
+    assert type(clock_of(spec)) is MixedClock
+    assert type(clock_of(spec, ["gripper", "camera"])) is MixedClock
+    assert type(clock_of(spec, ["gripper"])) is RealClock
+    assert type(clock_of(spec, ["arm", "camera"])) is VirtualClock
+    with pytest.raises(CellError, match="no device 'grip'"):
+        clock_of(spec, ["grip"])
+
+
+PLAYED = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: played}
+  camera: {type: DepthCamera, use: played}
+  gripper: {type: Gripper, use: of_test}
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "given", "clock"),
+    [
+        (move, {"up": "1mm", "down": None, "speed": "5mm/s", "device": None}, VirtualClock),
+        (calibrate_hand, {"seed": 0, "stops": 3, "frames": 1}, MixedClock),
+    ],
+)
+def test_commands_go_by_the_same_clock_as_runs_on_the_devices_that_they_open(mixed, monkeypatch, command, given, clock):
+    """Devices that play a recording go by any clock, though nothing is simulated."""
+    for kind, cls in (("Arm", ArmOfTest), ("DepthCamera", CameraOfTest)):
+        options = type("Options", (cls.Options,), {"__annotations__": {"use": Literal["played"]}})
+        played = type(f"Played{kind}", (cls,), {"any_clock": True, "Options": options})
+        monkeypatch.setitem(globals(), played.__name__, played)
+        monkeypatch.setitem(implementations.SHIPPED, (kind, "played"), f"{__name__}:{played.__name__}")
+    clocks = []
+
+    def no(spec, *, clock=None, now=None, **more):
+        clocks.append(now.__self__ if clock is None else clock)
+        raise DeviceLost("arm", "it is not opened here")
+
+    monkeypatch.setattr(cell, "open_cell", no)
+    path = mixed(PLAYED)
+    arguments = (str(path),) if command is move else (str(path), path.parent / "hand.yaml")
+    with pytest.raises((DeviceLost, typer.Exit)):
+        command(*arguments, scene="calibration_sphere", yes=True, json_=False, **given)
+    assert [type(found) for found in clocks] == [clock]
 
 
 def test_the_twin_is_stretched_as_an_own_gripper_says(mixed, tmp_path):

@@ -224,19 +224,21 @@ def test_reach_says_what_keeps_the_arm_from_a_path(model):
     reach = Reach(model, BASE, HAND, joint_speed=1.0, margin=0.05)
     down = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.1))])
     assert reach.obstacle(down, 0.1, UP) is None
-    assert "go slower" in reach.obstacle(down, 5.0, UP)
+    assert reach.obstacle(down, 5.0, UP).reason.endswith("go slower")
+    assert reach.obstacle(down, 5.0, UP).concerns == ("speed", "contact_speed")
     turned_round = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.5))])
     assert reach.slowed(down, 0.1, UP) == 0.1
     assert reach.obstacle(turned_round, 0.2, UP) is None
     assert reach.slowed(turned_round, 0.2, UP) == pytest.approx(0.1, rel=0.01)  # by the lever of 0.1 m: 1 rad/s
     away = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.6, 0.0, 0.2))])
-    assert "the pose" in reach.obstacle(away, 0.01, UP)
+    assert reach.obstacle(away, 0.01, UP).reason.startswith("the pose")
+    assert reach.obstacle(away, 0.01, UP).concerns == ()
     turned = tuple(np.add(UP, [0, 0, 0, 0, 0, 2 * np.pi]))
     spun = PosePath(
         [Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, -1.5)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, -3.0))]
     )
     assert any(
-        "two rounds" in (reach.obstacle(spun, 0.01, start) or "")
+        "two rounds" in getattr(reach.obstacle(spun, 0.01, start), "reason", "")
         for start in (turned, tuple(np.subtract(turned, 1e-9)))
     )
 

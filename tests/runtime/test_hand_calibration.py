@@ -25,7 +25,8 @@ from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.perception.deprojection import to_world
-from stretch_bt.perception.hand_eye import view_of_hand
+from stretch_bt.perception.hand_eye import OutOfView, view_of_hand
+from stretch_bt.runtime import hand_calibration
 from stretch_bt.runtime.hand_calibration import calibrate_hand
 from stretch_bt.simulation.scene import load_scene
 
@@ -54,7 +55,7 @@ class StagedCamera(SimulatedCamera):
     class Options(_Options):
         use: str
 
-    simulated = False
+    simulated = any_clock = False  # its twin goes by the clock of the machine
     twin = None
 
     def __init__(self, name, options, bench):
@@ -102,6 +103,38 @@ def test_it_recovers_the_simulated_camera_within_what_it_says(tmp_path):
     scores = np.array(off)
     assert np.abs(scores).max() < 3.5
     assert 0.4 < np.sqrt(np.mean(scores**2)) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("error", "after", "ends"),
+    [
+        (OutOfView("its rim is hidden"), 3, "there"),
+        (OutOfView("its rim is hidden"), 1, "with the error"),
+        (IllConditioned("it touches what is out of view"), 3, "with the error"),
+    ],
+    ids=["later", "at once", "another reason"],
+)
+def test_the_stops_end_where_an_edge_leaves_the_view_whatever_the_words(tmp_path, monkeypatch, error, after, ends):
+    looks = iter([view_of_hand] * after)
+
+    def look(frame, distance):
+        see = next(looks, None)
+        if see is None:
+            raise error
+        return see(frame, distance)
+
+    monkeypatch.setattr(hand_calibration, "view_of_hand", look)
+    clock, said = VirtualClock(), []
+    cell = open_cell(load_cell("simulated"), now=clock.now, scene=load_scene(scene(tmp_path, 0)[0]))
+    try:
+        if ends == "there":
+            assert len(calibrate_hand(cell, clock, stops=5, frames=4, said=said.append).stops) == after
+            assert said[-1].endswith("its rim is hidden; the stops end here")
+        else:
+            with pytest.raises(type(error), match=str(error)):
+                calibrate_hand(cell, clock, stops=5, frames=4, said=said.append)
+    finally:
+        cell.close()
 
 
 @pytest.fixture

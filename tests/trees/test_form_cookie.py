@@ -52,8 +52,8 @@ def test_a_cube_becomes_a_disc(cookie, tree, params):
     for name in ("circularity_true", "low_pass_true", "radius_spread"):
         assert result.outputs[name] == result.truth[name]
     page = (Path(result.record) / "report.html").read_text()
-    assert "from the side" in page
-    assert "outlines from above" in page
+    for drawn in ("from the side", "outlines from above", ">sensed<", "how far from a ball"):
+        assert drawn in page
     if tree == "form_cookie_fast":
         assert out["yield_stress"] == pytest.approx(5.0, rel=0.3)
 

@@ -66,6 +66,7 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     assert out["pieces"] == 1
     assert out["limited"] < out["presses"]
     assert commands(result, "confirm") == []
+    assert "the fitted block" in (Path(result.record) / "report.html").read_text()
     for name in ("cloud.ply", "cloud.png"):
         assert (Path(result.record) / name).stat().st_size > 1000
     beyond, sd = felt_beyond(Path(result.record) / "cloud.ply")

@@ -182,7 +182,7 @@ class UrArm(ArmDriver):
         o = self.options
         reach = Reach(o.model, o.base.pose, o.hand.pose, joint_speed=o.joint_speed, margin=o.margin)
         path = PosePath(poses)
-        reason = reach.obstacle(path, speed, state.q)
-        if reason is not None:
-            raise BeyondLimits(self.name, reason)
+        obstacle = reach.obstacle(path, speed, state.q)
+        if obstacle is not None:
+            raise BeyondLimits(self.name, obstacle.reason, obstacle.concerns)
         return reach.slowed(path, speed, state.q)

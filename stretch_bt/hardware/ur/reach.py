@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from stretch_bt.hardware.simulated.path import PosePath
 from stretch_bt.hardware.transforms import Array, inverse, transform_of
 from stretch_bt.hardware.ur.kinematics import JOINTS, MODELS
 
-__all__ = ["Reach"]
+__all__ = ["Obstacle", "Reach"]
 
 _APART = 0.005
 _MOST_SAMPLES = 400
@@ -22,6 +23,13 @@ _MOST_SAMPLES = 400
 _SLOWEST = 0.2
 #: joints turn two rounds, less what is kept free
 _TURN = 2 * math.pi - 0.1
+
+
+class Obstacle(NamedTuple):
+    """What keeps an arm from a path: the reason, and the limits that it concerns, as `BeyondLimits` has them."""
+
+    reason: str
+    concerns: tuple[str, ...] = ()
 
 
 class Reach:
@@ -44,7 +52,7 @@ class Reach:
         self._from_world, self._from_hand = inverse(transform_of(base)), inverse(transform_of(hand))
         self._joint_speed, self._margin = joint_speed, margin
 
-    def obstacle(self, path: PosePath, speed: float, q: Sequence[float]) -> str | None:
+    def obstacle(self, path: PosePath, speed: float, q: Sequence[float]) -> Obstacle | None:
         """Return what keeps the arm from the path at a speed, m/s, from joint angles, rad; None when nothing does.
 
         A path on which a joint would turn too fast is slowed by `slowed`; one that would take five times as long is refused.
@@ -53,11 +61,12 @@ class Reach:
         for there, found in self._joints(path, q):
             if found is None:
                 return self._said(there, "cannot be reached from here in a straight line")
-            wrong = self._wrong(found)
-            if wrong is None and here is not None:
-                wrong = self._too_fast(np.abs(found - here) * (_SLOWEST * speed / self._step(path)))
-            if wrong is not None:
+            if (wrong := self._wrong(found)) is not None:
                 return self._said(there, wrong)
+            if here is not None:
+                wrong = self._too_fast(np.abs(found - here) * (_SLOWEST * speed / self._step(path)))
+                if wrong is not None:
+                    return self._said(there, wrong, ("speed", "contact_speed"))
             here = found
         return None
 
@@ -105,6 +114,6 @@ class Reach:
             )
         return None
 
-    def _said(self, pose: Pose, what: str) -> str:
+    def _said(self, pose: Pose, what: str, concerns: tuple[str, ...] = ()) -> Obstacle:
         x, y, z = (f"{1e3 * v:.0f}" for v in pose.position)
-        return f"the pose {x}, {y}, {z} mm {what}"
+        return Obstacle(f"the pose {x}, {y}, {z} mm {what}", concerns)

@@ -247,10 +247,9 @@ def _best(case: _Case, shape: str) -> Solid:
         return _extents(case.cloud, ranking, reasons)
     kind, dimensions = chosen
     again = 2 * math.pi / 3 if kind == "wire_triangle" else math.pi
-    at, heading = case.stands[kind]
+    (x, y), heading = case.stands[kind]
     heading = (heading + again / 2) % again - again / 2
-    middle = np.array([*at, dimensions["height"].value])
-    return Solid(kind, dimensions, middle, heading, tuple(ranking))
+    return Solid(kind, dimensions, float(x), float(y), dimensions["height"].value, heading, tuple(ranking))
 
 
 def _extents(cloud: Cloud, ranking: list[Weighed], why: str) -> Solid:
@@ -262,8 +261,9 @@ def _extents(cloud: Cloud, ranking: list[Weighed], why: str) -> Solid:
         name: Dimension(float(v + short / 2), float(math.hypot(sd, short / 2)), {"membrane": float(short / 2)})
         for name, v, sd, short in named
     }
-    middle = np.array([*np.median(cloud.points[:, :2], axis=0), dimensions["height"].value])
+    x, y = np.median(cloud.points[:, :2], axis=0).tolist()
     heading = math.atan2(float(found.axes[0, 1]), float(found.axes[0, 0]))
+    heading = (heading + math.pi / 2) % math.pi - math.pi / 2
     first = Weighed("extents", 0.0, why)
     others = tuple(w for w in ranking if w.kind != "extents")
-    return Solid("extents", dimensions, middle, (heading + math.pi / 2) % math.pi - math.pi / 2, (first, *others))
+    return Solid("extents", dimensions, x, y, dimensions["height"].value, heading, (first, *others))

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Angle, Length
 
@@ -59,25 +61,22 @@ class Weighed:
 class Solid:
     """A shape on the table: its kind, its dimensions by name, where it stands and how it is turned.
 
-    `middle` (3,), m, world, is the middle of its top; `heading`, rad, the direction of its length from the world's x, in
+    `x`, `y`, `z`, m, world, are the place of the middle of its top; `heading`, rad, the direction of its length from the world's x, in
     [-pi/2, pi/2), for a triangle the normal of a side, in [-pi/3, pi/3). `ranking` has all kinds that were compared, the best first.
     """
 
     kind: Kind
     dimensions: Mapping[str, Dimension]
-    middle: FloatArray
+    x: Length  # place of the middle of its top along x, world
+    y: Length  # place of the middle of its top along y, world
+    z: Length  # height of the middle of its top, world
     heading: Angle
     ranking: tuple[Weighed, ...]
 
     @property
-    def x(self) -> Length:
-        """Place of the middle of its top along x, world."""
-        return float(self.middle[0])
-
-    @property
-    def y(self) -> Length:
-        """Place of the middle of its top along y, world."""
-        return float(self.middle[1])
+    def middle(self) -> FloatArray:
+        """The middle (3,), m, of its top, world."""
+        return np.array([self.x, self.y, self.z])
 
     @property
     def length(self) -> Length | None:

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
+import numpy as np
+
 from stretch_bt.runtime.record.places import Places
+from stretch_bt.runtime.record.plain import plain
 
 __all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 
@@ -87,6 +90,8 @@ def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[flo
     if "sha256" in old and "sha256" in new:
         yield from _of_arrays(old, new)
         return
+    if "middle" in old and "middle" not in new:
+        new = _with_middle(new)
     if old.keys() != new.keys():
         yield math.inf
         return
@@ -96,6 +101,16 @@ def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[flo
             continue
         sd = old.get(f"{name}_sd", old.get("sd") if name == "value" else None)
         yield from _differences(value, new[name], sd, 1.0 if name in ANGLES else 0.0)
+
+
+def _with_middle(new: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a Solid as older records hold it: with the middle of its top as one array for the three coordinates."""
+    place = [new.get(name) for name in ("x", "y", "z")]
+    if not all(map(_is_number, place)):
+        return new
+    return {name: value for name, value in new.items() if name not in ("x", "y", "z")} | {
+        "middle": plain(np.array(place, float))
+    }
 
 
 def _of_arrays(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float]:

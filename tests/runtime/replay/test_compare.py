@@ -1,6 +1,7 @@
 """What counts as the same decision, and what as last digits."""
 
 import copy
+import dataclasses
 import typing
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.perception import Dimension, Solid
 from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.replay.compare import ANGLES, compare
 from stretch_bt.tree.registry import object_types
@@ -30,6 +32,10 @@ def array(change: float) -> Any:
     return plain(values)
 
 
+SOLID = Solid("block", {"height": Dimension(0.04, 1e-4, {})}, 0.03, -0.02, 0.04, 0.1, ())
+OLD_SOLID = {name: value for name, value in plain(SOLID).items() if name not in ("x", "y", "z")} | {
+    "middle": plain(SOLID.middle)
+}
 #: recorded, replayed, whether they are the same
 CASES = {
     "a digit": (write(0.06356517458916637), write(0.06356517458916636), True),
@@ -71,6 +77,15 @@ CASES = {
         write(array(0.0)),
         True,
     ),
+    **{
+        f"a solid of an older record, {name}": (write(OLD_SOLID), write(plain(dataclasses.replace(SOLID, x=x))), same)
+        for name, x, same in (
+            ("unmoved", 0.03, True),
+            ("in its last digits", 0.03 + 1e-12, True),
+            ("moved", 0.04, False),
+        )
+    },
+    "a solid without a place": (write(OLD_SOLID), write({"kind": "block", "heading": 0.1}), False),
     "another shape": (write(plain(np.zeros(3))), write(plain(np.zeros(4))), False),
     "an array of counts": (write(plain(np.zeros(3, int))), write(plain(np.ones(3, int))), False),
     "another status": (event("status", path="m", status="SUCCESS"), event("status", path="m", status="FAILURE"), False),

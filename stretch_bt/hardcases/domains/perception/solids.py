@@ -24,7 +24,8 @@ X, Y = np.meshgrid(np.arange(-30.0, 30.0) + 0.5, np.arange(-40.0, 40.0) + 0.5, i
 
 
 def _solid(kind: Any, heading: float, **sizes: float) -> Solid:
-    return Solid(kind, {name: Dimension(size, 1e-4, {}) for name, size in sizes.items()}, MIDDLE, heading, ())
+    x, y, z = MIDDLE.tolist()
+    return Solid(kind, {name: Dimension(size, 1e-4, {}) for name, size in sizes.items()}, x, y, z, heading, ())
 
 
 def _past_block(heading: float) -> list[float]:

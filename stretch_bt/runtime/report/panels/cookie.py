@@ -8,12 +8,16 @@ from typing import Any
 
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
+from stretch_bt.runtime.report.panels.keys import Key
 from stretch_bt.runtime.report.text import escape, number, seconds, section, table
 from stretch_bt.runtime.sketches import SKETCHES
 from stretch_bt.units import is_number
 
 __all__ = ["panel"]
 
+TREES = ("form_cookie", "form_cookie_fast")
+LINE, BEFORE = Key("line", TREES), Key("before", TREES)
+ROUND = (Key("residual", TREES[1:]), Key("spread", TREES), Key("width", TREES[1:]))
 SHAPES, SENSED = "#1c2430", "#c0392b"
 COLORS = {"height": "#2563a8", "spread": "#b3541e", "residual": "#6a4c93", "width": "#2f7d4f"}
 CIRCULARITIES = ("circularity_true", "low_pass_true", "pixel_chain_true", "circularity_sensed", "pixel_chain")
@@ -48,7 +52,7 @@ def _sides(sketches: Sequence[dict[str, Any]]) -> str:
 def _outlines(sketches: Sequence[dict[str, Any]], record: RecordReader) -> str:
     """Draw the true outline at the end and, about its middle, the sensed one."""
     lines = [Line(_placed(sketches[-1]["outline"]), SHAPES, "true")]
-    sensed = _written(record, "line", _is_line)
+    sensed = _written(record, LINE, _is_line)
     if sensed:
         flat = sensed[-1][1]
         lines.append(Line(_placed([(x, -y) for x, y in zip(flat[::2], flat[1::2], strict=True)]), SENSED, "sensed"))
@@ -69,11 +73,11 @@ def _closed(line: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
 def _times(record: RecordReader) -> list[str]:
     """Draw the heights and the deviations from a ball over time."""
     found = []
-    heights = _written(record, "before")
+    heights = _written(record, BEFORE)
     if heights:
         marks = [Mark(t, 1e3 * h, COLORS["height"]) for t, h in heights]
         found.append(chart("height of the top while it rolls", "time, s", "mm", [], marks))
-    told = {name: _written(record, name) for name in ("residual", "spread", "width")}
+    told = {key.name: _written(record, key, known=True) for key in ROUND}
     if told["spread"]:
         scale = 1.0 if told["width"] else 1e3
         lines = [
@@ -86,10 +90,15 @@ def _times(record: RecordReader) -> list[str]:
     return found
 
 
-def _written(record: RecordReader, name: str, fits: Callable[[Any], bool] = is_number) -> list[tuple[float, Any]]:
-    """Return the times, s, at which a key of this name was written, and its values, those that fit: any task may have such a key."""
-    written = (e for e in record.events if e["type"] == "write" and str(e["key"]).rpartition("/")[2] == name)
-    return [(float(e["time"]), e["value"]) for e in written if fits(e["value"])]
+def _written(
+    record: RecordReader, key: Key, fits: Callable[[Any], bool] = is_number, known: bool = False
+) -> list[tuple[float, Any]]:
+    """Return the times, s, at which a key was written, and its values, those that fit: any task may have a key of this name.
+
+    With `known`, those alone that nodes know: before there are two looks they tell a large value, and as large a deviation.
+    """
+    events = [e for e in record.events if key.wrote(e) and fits(e["value"])]
+    return [(float(e["time"]), e["value"]) for e in events if not (known and e.get("sd") == e["value"])]
 
 
 def _is_line(value: Any) -> bool:

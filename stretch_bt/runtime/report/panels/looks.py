@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Look", "read_looks", "written"]
+from stretch_bt.runtime.report.panels.keys import Key, finite
+
+__all__ = ["TREES", "Look", "read_looks"]
 
 SAME = 2e-4  # m, within which two looks are at one press: the hand is held better, and a step is larger
-_MAIN = "main/"
+TREES = ("palpate_stiffness", "palpate_active")
+SPHERE = Key("main/sphere", TREES, ("radius",))
+FELT = Key("main/felt", TREES, ("last", "force", "force_sd", "deflection", "deflection_sd"))
+LAST = ("stretch", "height", "depth", "sd")  # fields of `last`
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,37 +44,23 @@ def read_looks(events: Iterable[dict[str, Any]]) -> list[Look]:
     """
     found, radius = [], None
     for event in events:
-        if event["type"] == "write" and event["key"] == _MAIN + "sphere":
-            radius = _value(event, "radius")
-        elif event["type"] == "write" and event["key"] == _MAIN + "felt" and radius is not None:
+        if SPHERE.wrote(event):
+            radius = finite(_fields(event["value"]).get("radius"))
+        elif FELT.wrote(event) and radius is not None:
             found.append(_look(event, radius))
     return [look for look in found if look is not None]
 
 
 def _look(event: dict[str, Any], radius: float) -> Look | None:
-    felt = event["value"] if isinstance(event["value"], dict) else {}
-    last = felt.get("last")
-    last = last if isinstance(last, dict) else {}
-    given = [last.get(name) for name in ("stretch", "height", "depth", "sd")]
-    given += [felt.get(name) for name in ("force", "force_sd", "deflection", "deflection_sd")]
-    known = [float(value) for value in given if isinstance(value, int | float) and math.isfinite(value)]
+    felt = _fields(event["value"])
+    last = _fields(felt.get("last"))
+    given = [last.get(name) for name in LAST] + [felt.get(name) for name in FELT.fields[1:]]
+    known = [number for number in map(finite, given) if number is not None]
     if len(known) < len(given):
         return None
     stretch, height, depth, sd, force, force_sd, drop, drop_sd = known
     return Look(float(event["time"]), stretch, height - depth, depth, sd, radius, force, force_sd, drop, drop_sd)
 
 
-def written(events: Iterable[dict[str, Any]], key: str) -> float | None:
-    """Return the last value of a key of the main tree, SI; None where it is not a finite number."""
-    last = None
-    for event in events:
-        if event["type"] == "write" and event["key"] == _MAIN + key:
-            last = event
-    return _value(last)
-
-
-def _value(event: dict[str, Any] | None, field: str = "") -> float | None:
-    value = event["value"] if event is not None else None
-    if field and isinstance(value, dict):
-        value = value.get(field)
-    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
+def _fields(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}

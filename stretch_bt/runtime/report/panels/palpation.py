@@ -10,13 +10,15 @@ from stretch_bt.errors import InvalidInput, NoAnswer
 from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
-from stretch_bt.runtime.report.panels.looks import Look, read_looks, written
+from stretch_bt.runtime.report.panels.keys import Key, finite
+from stretch_bt.runtime.report.panels.looks import TREES, Look, read_looks
 from stretch_bt.runtime.report.panels.used_model import used_model
 from stretch_bt.runtime.report.text import escape, number, seconds, section
 from stretch_bt.units import parse_unit
 
 __all__ = ["panel"]
 
+STIFFNESS = Key("main/stiffness_at_drop", TREES)
 POINTS = 40  # of a curve
 LABELLED = 12  # presses beside each of which its number stands
 BEYOND = 1.15  # times the deepest and the hardest press, to where curves are drawn
@@ -80,7 +82,7 @@ def _fitted(record: RecordReader, last: Look) -> list[Line]:
     """Return the curve that was fitted last, from its two points that the record holds: its force grows as a power of the drop."""
     params = record.header.get("params") or {}
     drop = params.get("wanted_deflection", params.get("drop"))  # the latter in older records
-    stiffness = written(record.events, "stiffness_at_drop")
+    stiffness = finite(STIFFNESS.last(record.events))
     if not isinstance(drop, float) or stiffness is None or not min(drop, stiffness, last.drop, last.force) > 0:
         return []
     apart = math.log(drop / last.drop)

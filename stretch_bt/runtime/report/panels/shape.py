@@ -12,7 +12,7 @@ import numpy.typing as npt
 from stretch_bt.errors import StretchError
 from stretch_bt.runtime.copies import copy_of
 from stretch_bt.runtime.record import RecordReader
-from stretch_bt.runtime.report.panels.looks import written
+from stretch_bt.runtime.report.panels.keys import Key, finite
 from stretch_bt.runtime.report.text import escape, section
 
 __all__ = ["panel"]
@@ -23,6 +23,7 @@ NOTE = (
     "from above: points that were felt (grey), the fitted {} (blue, dashed), and the outline of what the scene has there, as far as "
     "a press from above may feel it (green)"
 )
+SOLID = Key("main/solid", ("reconstruct",), ("kind", "dimensions", "x", "y", "heading"))
 SIZE, MARGIN = 440, 20
 MOST = 4000  # points drawn
 CELL = 5e-4  # m, of the true outline
@@ -31,26 +32,28 @@ ROUND = np.linspace(0.0, 2 * np.pi, 73)
 
 def panel(record: RecordReader) -> str:
     """Return the panel of a run that fitted a shape; nothing where it did not."""
-    kind, x, y = _kind(record), *(written(record.events, f"solid_{name}") for name in "xy")
-    path = record.folder / "cloud.ply"
-    if not kind or x is None or y is None or not path.exists():
+    solid, path = SOLID.last(record.events), record.folder / "cloud.ply"
+    told = solid if isinstance(solid, dict) and path.exists() else {}
+    kind, x, y = told.get("kind"), finite(told.get("x")), finite(told.get("y"))
+    if not isinstance(kind, str) or x is None or y is None:  # older records do not say where it stands, nor need mocks
         return ""
     from stretch_bt.perception.clouds.ply import points_of
 
-    sizes = {name: written(record.events, name) for name in ("length", "width", "radius", "side", "solid_heading")}
-    fitted = [line + np.array([x, y]) for line in _fitted(kind, {k: v for k, v in sizes.items() if v is not None})]
+    fitted = [line + np.array([x, y]) for line in _fitted(kind, _sizes(told), finite(told.get("heading")) or 0.0)]
     felt = points_of(path.read_bytes())[:, :2]
     return section("Shape", _drawing(felt, fitted, _truth(record)), NOTE.format(escape(kind.replace("_", " "))))
 
 
-def _kind(record: RecordReader) -> str:
-    found = [e["value"] for e in record.events if e["type"] == "write" and e["key"] == "main/shape"]
-    return found[-1] if found and isinstance(found[-1], str) else ""
+def _sizes(solid: dict[str, Any]) -> dict[str, float]:
+    """Return the dimensions that a shape has, m."""
+    dimensions = solid.get("dimensions")
+    given = dimensions.items() if isinstance(dimensions, dict) else ()
+    values = {name: finite(told.get("value")) for name, told in given if isinstance(told, dict)}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def _fitted(kind: str, sizes: dict[str, float]) -> list[Array]:
-    """Return the lines (n, 2), m, of a shape from above, about the middle of its top."""
-    turn = sizes.get("solid_heading", 0.0)
+def _fitted(kind: str, sizes: dict[str, float], turn: float) -> list[Array]:
+    """Return the lines (n, 2), m, of a shape from above that is turned by `turn`, rad, about the middle of its top."""
     if kind == "wire_triangle":
         corners = turn + np.pi / 3 + np.arange(4) * 2 * np.pi / 3
         return [sizes.get("side", 0.0) / math.sqrt(3) * np.column_stack([np.cos(corners), np.sin(corners)])]

@@ -11,16 +11,16 @@ from stretch_bt.runtime.sketches import SKETCHES, Sketches
 CIRCLE = [(0.015 * math.cos(k / 5), 0.015 * math.sin(k / 5)) for k in range(31)]
 
 
-def record(folder, sketches=None, circularity=0.97128, keys=()):
+def record(folder, sketches=None, circularity=0.97128, keys=(), sd=None):
     recorder = RunRecord(folder)
     recorder.start({"tree": "form_cookie.yaml", "params": {}}, {})
     for k in range(4):
         recorder.begin_tick(k, float(k))
         recorder.write("main/before", 0.030 + 0.001 * k, None, "main/track_height")
-        recorder.write("main/read_height/spread", 0.001, None, "main/height_settled")
+        recorder.write("main/watch_height/force_success/read_height/spread", 0.001, None, "main/height_settled")
     recorder.write("main/sense/line", [v for point in CIRCLE for v in point], None, "main/measure_outline")
     for name, value in keys:
-        recorder.write(f"main/own/{name}", value, None, "main/own")
+        recorder.write(f"main/own/{name}", value, sd, "main/own")
     if sketches is not None:
         sketches.save(folder)
     outputs = {"circularity_true": {"value": circularity, "unit": "", "sd": None}}
@@ -54,6 +54,12 @@ def test_it_shows_shapes_outlines_and_every_circularity(tmp_path):
     ):
         assert text in shown, text
     assert "nan" not in shown.lower()
+
+
+def test_a_spread_that_is_not_known_yet_is_not_drawn(tmp_path):
+    sketches = drawn([0.0, 3.0], {"side": CIRCLE, "outline": CIRCLE})
+    unknown = record(tmp_path / "record", sketches, keys=[("spread", 0.1)], sd=0.1)
+    assert panel(unknown) == panel(record(tmp_path / "without", sketches))
 
 
 NOT_OURS = [{"a": 1}, "text", True, math.nan, [0.1, "a"], [0.1, math.inf], [0.1, 0.2, 0.3], [], [[0.1, 0.2]]]

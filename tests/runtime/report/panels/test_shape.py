@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from stretch_bt.perception import cloud_of
+from stretch_bt.perception import Dimension, Solid, cloud_of
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.report.panels.shape import panel
 from stretch_bt.simulation.scene import scene_text
@@ -22,13 +22,13 @@ SHAPES = {
 
 @pytest.fixture
 def record(tmp_path):
-    def write(kind, sizes, scene=None, cloud=True, **told):
+    def write(kind, sizes, scene=None, cloud=True, heading=0.0, told_as=lambda solid: solid, **told):
         recorder = RunRecord(tmp_path / "record")
         recorder.start({"tree": "reconstruct.yaml", "params": {}}, {"scene": scene, **told})
         recorder.begin_tick(1, 0.05)
-        recorder.write("main/shape", kind, None, "main/fit_object")
-        for name, value in {**sizes, "solid_x": 0.01, "solid_y": 0.0, "solid_heading": 0.0}.items():
-            recorder.write(f"main/{name}", value, None, "main/fit_object")
+        dimensions = {name: Dimension(value, 1e-4, {}) for name, value in {**sizes, "height": 20 * MM}.items()}
+        solid = Solid(kind, dimensions, 0.01, 0.0, 20 * MM, heading, ())
+        recorder.write("main/solid", told_as(solid), None, "main/fit_object")
         recorder.close({"status": "SUCCESS", "reason": "", "outputs": {}, "truth": {}})
         if cloud:
             cloud_of(np.random.default_rng(0).normal(size=(50, 3)) * 0.005, 1e-4).save(
@@ -53,6 +53,23 @@ def test_a_shape_is_drawn_in_its_size(record, kind):
     drawn = panel(record(kind, sizes))
     assert f"the fitted {kind.replace('_', ' ')}" in drawn
     assert extents(drawn, "#2155a0") == pytest.approx(expected, abs=0.3)
+
+
+def test_a_shape_is_drawn_as_it_is_turned(record):
+    drawn = panel(record("block", SHAPES["block"][0], heading=-np.pi / 2))
+    assert extents(drawn, "#2155a0") == pytest.approx((30, 40), abs=0.3)
+
+
+OTHERS = {
+    "an older record": lambda solid: {"kind": solid.kind, "dimensions": {}, "middle": solid.middle, "heading": 0.0},
+    "a mock": lambda solid: {"kind": solid.kind, "x": None, "y": None, "dimensions": None},
+    "another task": lambda solid: 1.0,
+}
+
+
+@pytest.mark.parametrize("told_as", OTHERS.values(), ids=OTHERS)
+def test_a_shape_that_stands_nowhere_is_not_drawn(record, told_as):
+    assert panel(record("block", SHAPES["block"][0], told_as=told_as)) == ""
 
 
 def test_the_truth_of_the_scene_is_drawn_under_it(record):
