@@ -40,6 +40,7 @@ __all__ = [
     "Within",
     "digits_apart",
     "format_apart",
+    "format_duration",
     "format_quantity",
     "is_number",
     "kind_of",
@@ -477,6 +478,14 @@ def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4
     if kind is None:
         return f"{value:.{digits}g}"
     return f"{value / kind.scale:.{digits}g} {kind.unit}"
+
+
+def format_duration(seconds: float) -> str:
+    """Return text such as `90 s`, `10 min` or `2 h`: in the longest unit of which it is a whole number."""
+    for unit, length in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= length and seconds % length == 0:
+            return f"{seconds / length:g} {unit}"
+    return f"{seconds:g} s"
 
 
 def format_apart(kind: Kind, value: float, *bounds: float) -> list[str]:

@@ -21,6 +21,7 @@ from stretch_bt.units import (
     Length,
     Within,
     format_apart,
+    format_duration,
     format_quantity,
     is_number,
     kind_of,
@@ -232,3 +233,19 @@ def test_what_is_no_finite_number_is_none(value: Any) -> None:
 def test_a_unit_beyond_every_number_is_refused(kind, text):
     with pytest.raises(InvalidInput, match="larger or smaller than any number"):
         KINDS[kind].parse(text)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.5, "0.5 s"),
+        (5.0, "5 s"),
+        (90.0, "90 s"),
+        (120.0, "2 min"),
+        (5400.0, "90 min"),
+        (7200.0, "2 h"),
+        (61.5, "61.5 s"),
+    ],
+)
+def test_a_duration_is_told_in_the_longest_unit_that_makes_it_whole(seconds: float, text: str) -> None:
+    assert format_duration(seconds) == text

@@ -31,7 +31,7 @@ from stretch_bt.tree.program import Program, find_tree
 from stretch_bt.tree.types import BOOL, Type
 from stretch_bt.tree.values import Refused
 
-__all__ = ["Mocks", "check_mocks", "tree_of"]
+__all__ = ["Mocks", "check_mocks", "for_another", "tree_of"]
 
 #: patterns without a node that get a suggestion, which takes longer than all the rest
 SUGGESTED = 20
@@ -234,6 +234,15 @@ def tree_of(mocks: Mocks) -> str | Path:
         raise MocksError(
             [mocks.tree.mark.error("file-missing", f"no tree {mocks.tree.text!r}", error.diagnostics[0].hint)]
         ) from None
+
+
+def for_another(mocks: Mocks, program: Program) -> list[Diagnostic]:
+    """Return a warning where a mocks file names another tree than the one that is run."""
+    meant, run = mocks.tree, program.document.file
+    if meant is None or not mocks.path.is_file() or Path(meant.text).stem == Path(run).stem:
+        return []
+    message = f"these mocks are for the tree {meant.text!r}, and this run is of {Path(run).name!r}"
+    return [meant.mark.warning("tree-wrong", message, "run the tree that they are for, or correct 'tree:'")]
 
 
 def check_mocks(mocks: Mocks, program: Program) -> None:

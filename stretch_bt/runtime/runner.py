@@ -22,6 +22,7 @@ from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.runtime.ticker import Planned, Ticker
 from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import BuiltTree
+from stretch_bt.units import format_duration
 
 __all__ = ["LONGEST", "Runner"]
 
@@ -184,4 +185,5 @@ class Runner:
 
 
 def _no_end(longest: float) -> str:
-    return f"no end within {longest / 60:g} min of virtual time; end it with a 'timeout', or let it take longer"
+    within = format_duration(longest)
+    return f"no end within {within} of virtual time; end it with a 'timeout', or let it take longer (`--longest`)"

@@ -12,6 +12,7 @@ from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.execute import execute
+from stretch_bt.runtime.mocks import for_another
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record.folder import KEPT, Kept
@@ -183,7 +184,9 @@ def task_of(
             raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
         table = read_mocks(mocks, keep=True) if mocks is not None else None
         default = program.document.scene_path if cell is None and given is None else None
-        return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+        made = Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+        made.notes = [] if table is None else [str(found) for found in for_another(table, program)]
+        return made
 
     task = prepared(params)
     if scene is not None and not _simulates(task, given):  # one that is named is read all the same
@@ -225,7 +228,7 @@ def _with_asked(task: Task, asked: Mapping[Scalar, Scalar], again: Callable[[dic
         raise SceneError(wrong)
     taken = {k.text: v for k, v in asked.items() if k.text in known and k.text not in task.params}
     made = again({**task.params, **taken}) if taken else task
-    made.notes = [str(replace(_unknown(key, known), severity="warning")) for key in strange]
+    made.notes += [str(replace(_unknown(key, known), severity="warning")) for key in strange]
     return made
 
 

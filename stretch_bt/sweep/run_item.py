@@ -19,6 +19,7 @@ from stretch_bt.sweep.memory import give_back
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
+from stretch_bt.units import format_duration
 
 __all__ = ["run_item"]
 
@@ -86,8 +87,10 @@ def _at(name: str | None, home: Path) -> Any:
 
 def _row(spec: Spec, result: RunResult, limit: WallLimit) -> dict[str, Any]:
     plain = result.to_json()
-    if limit.passed:
-        return spec.row(TIMED_OUT, f"no end within {spec.limit:g} s of wall time", **{n: plain[n] for n in _FIELDS})
+    if spec.limit is not None and limit.passed:
+        return spec.row(
+            TIMED_OUT, f"no end within {format_duration(spec.limit)} of wall time", **{n: plain[n] for n in _FIELDS}
+        )
     return spec.row(result.status, result.reason, **{name: plain[name] for name in _FIELDS})
 
 

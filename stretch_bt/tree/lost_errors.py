@@ -42,8 +42,8 @@ class _LostErrors:
             for name, wire in leaf.inputs.items():
                 if not self._asks(leaf, name) or wire.is_constant or wire.source is not None:
                     continue
-                message = f"{wire.text!r} is worked out, so that it has no error, and '{name}_sd' keeps its default"
-                hint = f"add '{name}_sd: ...', or give the error beside the value in a 'set'"
+                message = f"{wire.text!r} is worked out, so that it has no standard deviation, and '{name}_sd' keeps its default"
+                hint = f"add '{name}_sd: ...', or give it beside the value in a 'set'"
                 yield wire.mark.warning("deviation-lost", message, hint)
 
     def in_sets(self) -> Iterator[Diagnostic]:
@@ -53,9 +53,7 @@ class _LostErrors:
                 lost = self._lost(wire) if key in asked and key not in part.sds else []
                 if not lost:
                     continue
-                message = (
-                    f"{wire.text!r} is worked out, so that {key!r} has no error, and {', '.join(lost)} may have one"
-                )
+                message = f"{wire.text!r} is worked out, so that {key!r} has no standard deviation, and {', '.join(lost)} may have one"
                 errors = " and ".join(f"'{name}_sd'" for name in lost)
                 yield wire.mark.warning("deviation-lost", message, f"set '{key}_sd' beside it, from {errors}")
 

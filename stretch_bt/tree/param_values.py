@@ -25,7 +25,7 @@ def set_params(doc: Document, overrides: Mapping[str, Any]) -> None:
         if not (rest and prefix in doc.imports):
             _set(doc, name, given)
     for param in doc.params.values():
-        if param.value is None and not param.has_default and param.type is not ANY:
+        if param.value is None and not param.has_default and param.type is not ANY and param.name not in overrides:
             hint = f"give it a default, or --set {doc.prefix}{param.name}=..."
             found = param.mark.error("param-missing", f"param {param.name!r} has no value", hint)
             doc.diagnostics.append(found)
@@ -54,8 +54,9 @@ def _take(param: Param, text: Any, name: str, mark: Mark) -> None:
     if is_none and param.has_default and param.default is None and param.type.family is not Family.STR:
         param.value = None
         return
-    param.value = literal(_given(text, param.type, mark), param.type, name)
-    check_bounds(param.value, param.type, param.min, param.max, mark, name)
+    value = literal(_given(text, param.type, mark), param.type, name)
+    check_bounds(value, param.type, param.min, param.max, mark, name)
+    param.value = value  # one that is refused reaches no port, which would refuse it again
 
 
 def _unknown(doc: Document, name: str) -> None:

@@ -13,6 +13,7 @@ from stretch_bt.units import Estimate
 __all__ = ["LIST_FUNCTIONS", "Series", "entries", "errors_of"]
 
 _OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over the mean's, of many normal values
+_OF_FEW = {1: 1.8373, 2: 1.3213}  # Student's t by degrees of freedom, where its expansion does not hold
 
 
 class Series(list[Any]):
@@ -50,8 +51,8 @@ def _average_sd(values: Sequence[float], factor: float) -> float | None:
 
 
 def _student(freedom: int) -> float:
-    """Return the quantile of Student's t within which 68.3 % lie, to 1 %: few values scatter by chance too little."""
-    return 1.0 + 0.5 / freedom + 0.34 / freedom**2
+    """Return Student's t within which 68.3 % lie, to 1e-3: few values scatter too little by chance."""
+    return _OF_FEW.get(freedom, 1.0 + 0.5 / freedom + 0.25 / freedom**2 + 0.0625 / freedom**3)
 
 
 def _mean(values: Sequence[float]) -> float:

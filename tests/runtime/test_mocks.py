@@ -460,3 +460,15 @@ def test_what_no_mock_stands_for_is_named(rest, named, tmp_path):
     )
     with pytest.raises(InvalidInput, match=f"no mock stands for {named}: mock it, or name a scene"):
         run(tmp_path / "tree.yaml", mocks={"mocks": []}, record="none")
+
+
+@pytest.mark.parametrize(
+    ("meant", "noted"), [("tree.yaml", False), ("lib/tree.yaml", False), ("palpate_stiffness", True)]
+)
+def test_mocks_for_another_tree_are_noted(tmp_path: Path, meant: str, noted: bool) -> None:
+    (tmp_path / "tree.yaml").write_text("format: stretch-tree/1\ntrees: {main: {wait: {duration: 1 s}}}\n")
+    (tmp_path / "m.yaml").write_text(f"format: stretch-mocks/1\ntree: {meant}\nmocks: [{{match: main/wait}}]\n")
+    result = run(tmp_path / "tree.yaml", mocks=tmp_path / "m.yaml", record="none")
+    assert result.status == "SUCCESS"
+    wanted = "m.yaml:2:7 warning[tree-wrong]: these mocks are for the tree 'palpate_stiffness', and this run is of 'tree.yaml'"
+    assert [wanted in note for note in result.notes] == ([True] if noted else [])

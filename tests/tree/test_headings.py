@@ -104,6 +104,18 @@ def test_a_wrong_parameter_is_refused_at_its_place(
     assert hint in found.hint
 
 
+@pytest.mark.parametrize("rest", ["default: 2 mm, ", ""])
+@pytest.mark.parametrize("text", ["80 mm", "4 N"])
+def test_what_a_param_refuses_is_not_refused_again_where_it_is_used(tmp_path: Path, rest: str, text: str) -> None:
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        f"format: stretch-tree/1\ndevices: {{arm: Arm}}\nparams: {{deep: {{{rest}min: 1 mm, max: 5 mm, type: Length}}}}\n"
+        "trees: {main: {lower: {by: $deep}}}\n"
+    )
+    [found] = load_program(path, {"deep": text}).errors
+    assert (found.file, found.line) == ("--set", 1)
+
+
 def test_positions_survive_what_the_command_line_gives(tree: Path) -> None:
     tree.write_text(TREE.replace("> 0 mm", "> 0 N"))
     [given, other] = load_program(tree, {"depth": "6 mm"}).errors

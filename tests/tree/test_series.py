@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 
 from stretch_bt.errors import Absent, NoAnswer
 from stretch_bt.tree.series import LIST_FUNCTIONS, Series
@@ -51,6 +52,14 @@ def test_the_error_of_an_average_is_how_far_it_is_off(name: str, most: float, ow
 def test_entries_that_scatter_by_more_than_their_errors_say_so() -> None:
     average = LIST_FUNCTIONS["mean"](Series([1.0, 3.0, 2.0, 4.0], [0.01] * 4))
     assert average.sd == pytest.approx(1.2 * statistics.stdev([1, 2, 3, 4]) / 2, rel=0.01)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 9, 30])
+def test_the_scatter_of_few_entries_is_that_of_student(count: int) -> None:
+    values = [float(i % 3) for i in range(count)]
+    factor = stats.t.ppf(0.5 + 0.5 * math.erf(math.sqrt(0.5)), count - 1)
+    wanted = factor * statistics.stdev(values) / math.sqrt(count)
+    assert LIST_FUNCTIONS["mean"](values).sd == pytest.approx(wanted, rel=1e-3)
 
 
 def test_an_entry_keeps_its_own_error() -> None:

@@ -65,9 +65,9 @@ def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> flo
     there, sd = float(np.linalg.norm(found)) / fall, math.sqrt(float(np.trace(covariance)) / len(ridge)) / fall
     if there + SURE * sd > RIDGE or there > max(UNEVEN, CERTAIN * sd) or there > max(CLEAR, CLEARLY * sd):
         raise IllConditioned(
-            "the contact may be curved more in one direction, as an ellipsoid is, a lying cylinder and the high side of a face that leans: the"
-            f" difference of its two curvatures over their sum is {there:.2f} +- {sd:.2f}, and 0 over a ball; press deeper, average more"
-            " frames, or fit another shape (`fit_shape`)"
+            f"the contact may be no ball: its two curvatures differ by {there:.2f} +- {sd:.2f} of their sum, and a ball's do not; the"
+            " object may be an ellipsoid, a lying cylinder, or a face that leans: press deeper, average more frames, or fit another shape"
+            " (`fit_shape`)"
         )
     found, covariance = _held(whitened, len(other))
     if float(found @ np.linalg.pinv(covariance) @ found) > OTHER and float(np.linalg.norm(found)) > SEEN * fall:

@@ -74,6 +74,8 @@ class MeshObject(SolidSpec):
         return Rough(body.tip_radius, self.roughly, edge=self.edge, face=body.flat, holds=holds)
 
     def known(self) -> dict[str, float]:
-        """Return its extent along x, y and z, m, and its stiffness, N/m."""
-        length, width, _ = self._size
-        return {"length": length, "width": width, "height": self.top - self.base, **super().known()}
+        """Return its height, m, and its stiffness, N/m.
+
+        Its extent across is that of its foot, or of a bulge, which a press from above need not feel: the scene's `dimensions` say what it feels.
+        """
+        return {"height": self.top - self.base, **super().known()}

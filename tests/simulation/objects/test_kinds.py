@@ -11,7 +11,7 @@ from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.objects.registry import kinds
-from stretch_bt.simulation.scene import parse_scene
+from stretch_bt.simulation.scene import load_scene, parse_scene
 
 OBJECTS = [
     "{type: box, length: 40 mm, width: 30 mm, height: 20 mm, rigid: true}",
@@ -60,6 +60,31 @@ def test_it_stands_where_the_scene_has_it_and_knows_its_sizes(text):
     known = thing.known()
     assert all(math.isfinite(value) and value > 0 for value in known.values())
     assert known.get("height", thing.top - thing.base) == pytest.approx(thing.top - thing.base)
+
+
+def stump(folder):
+    """Write a stump of a pyramid, its foot 50 mm wide and its top 30 mm, and return it as an object."""
+    corners = [(x * r, y * r, z) for r, z in ((25, 0), (15, 30)) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    faces = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {' '.join(map(str, face))}" for face in faces]
+    (folder / "stump.obj").write_text("\n".join(lines))
+    (folder / "scene.yaml").write_text(
+        "format: stretch-scene/1\nobject: {type: mesh, file: stump.obj, rigid: true}\ndimensions: {width: 30 mm}\n"
+    )
+    return load_scene(folder / "scene.yaml")
+
+
+def test_a_mesh_knows_no_width_that_a_press_need_not_feel(tmp_path):
+    """A stump with a foot of 50 mm and a top of 30 mm was compared with its foot, whichever was felt."""
+    scene = stump(tmp_path)
+    assert scene.object.known() == {"height": pytest.approx(0.03)}
+    assert scene.dimensions == {"width": 0.03}
+
+
+def test_a_mesh_file_that_is_too_large_is_refused_unread(tmp_path, monkeypatch):
+    monkeypatch.setattr("stretch_bt.simulation.membrane.indenters.mesh_file.MAX_FORM", 100)
+    with pytest.raises(SceneError, match=r"stump.obj would take .*fewer triangles"):
+        stump(tmp_path)
 
 
 @pytest.mark.parametrize("text", OBJECTS)

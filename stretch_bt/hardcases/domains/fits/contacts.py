@@ -262,7 +262,7 @@ CASES: tuple[Hard, ...] = (
             "millimetres": (lambda: _whole(_blank() + np.float32(200)), Refusal(InvalidInput, "another unit")),
             "half dropped out": (
                 _half_gone,
-                Refusal(IllConditioned, "curved more in one direction"),
+                Refusal(IllConditioned, "its two curvatures differ"),
             ),
         },
         prefix="image, ",

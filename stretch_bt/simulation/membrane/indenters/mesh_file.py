@@ -9,6 +9,7 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput, MissingExtra
 from stretch_bt.simulation.membrane.indenters.polyhedron import Polyhedron
+from stretch_bt.source.bounds import MAX_FORM, hold
 
 __all__ = ["load_mesh"]
 
@@ -32,10 +33,11 @@ def load_mesh(path: Path, unit: float, edge: float) -> Polyhedron:
     MissingExtra
         trimesh is not installed.
     InvalidInput
-        The file cannot be read, holds no closed surface, or is thinner somewhere than two roundings.
+        The file cannot be read, is larger than `MAX_FORM`, holds no closed surface, or is thinner somewhere than two roundings.
     """
     if not path.is_file():
         raise InvalidInput(f"there is no file {path}; write its path as seen from the scene")
+    hold(str(path), path.stat().st_size, MAX_FORM, "save it with fewer triangles")
     return _loaded(path, path.stat().st_mtime_ns, unit, edge)
 
 
