@@ -7,13 +7,12 @@ from typing import ClassVar
 
 from stretch_bt.behaviors.protocol_records import Indenter, Table, Trial
 from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.calibration.protocol import State
 from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses
 
 __all__ = ["RowBehavior"]
-
-MAX_AGE = 0.5
 
 
 class RowBehavior(Behavior):
@@ -43,8 +42,8 @@ class RowBehavior(Behavior):
         """Write."""
         content = self.measured.content
         content.of(self.row)
-        depth = self.touch.height - self.arm.pose(MAX_AGE).value.height
-        stretch = self.context.hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        depth = self.touch.height - self.arm.pose(PLACE).value.height
+        stretch = self.context.hand.geometry.stretch(self.gripper.opening(PLACE).value)
         grown = content.grown(self.press(stretch, depth))
         self.measured = Table(len(grown.presses), grown)
         return Status.SUCCESS
