@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stretch_bt.accuracy.force.hands import TrueHand, true_forces
+from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, FINER, STRETCHES, TrueHand, forces_of
 
 
 def main() -> None:
@@ -27,8 +27,10 @@ def main() -> None:
     for seed in range(given.first, given.first + given.hands):
         path = given.folder / f"hand_{seed:03d}.npz"
         if not path.exists():
-            np.savez(path, force=true_forces(seed), **asdict(TrueHand.drawn(seed)))
-            print(f"{path}: {TrueHand.drawn(seed)}", flush=True)
+            hand = TrueHand.drawn(seed)
+            force = forces_of(hand.sheet(), DIAMETERS, STRETCHES, DEPTHS, FINER)
+            np.savez(path, force=force, **asdict(hand))
+            print(f"{path}: {hand}", flush=True)
 
 
 if __name__ == "__main__":

@@ -47,14 +47,17 @@ def print_judgements(scenes: list[str], ledger: Ledger, seeds: int) -> None:
         found = judge(name, ledger, SEEDS[:seeds], DEAR)
         every += found
         right = sum(j.right for j in found)
-        print(
-            f"{name}: {right} of {len(found)} choices hold by the mean, {sum(j.right_each for j in found)} by each run"
-        )
+        print(f"{name}: {right} of {len(found)} choices hold by the mean, {sum(map(right_each, found))} by each run")
         for j in found:
-            if j.verdict.on or not (j.right and j.right_each):
+            if j.verdict.on or not (j.right and right_each(j)):
                 print(f"  {_line(j)}", flush=True)
-    for label, right in (("mean", sum(j.right for j in every)), ("each run", sum(j.right_each for j in every))):
+    for label, right in (("mean", sum(j.right for j in every)), ("each run", sum(map(right_each, every)))):
         print(f"all scenes, by {label}: {right} of {len(every)} choices hold, {100 * right / max(len(every), 1):.1f} %")
+
+
+def right_each(judged: Judged) -> bool:
+    """Whether the advisor's choice holds by the change in each run."""
+    return (judged.rms > 1) is judged.verdict.on
 
 
 def _line(j: Judged) -> str:
@@ -65,7 +68,7 @@ def _line(j: Judged) -> str:
     flag = "" if j.right else "  <- not by the mean"
     return (
         f"{verdict.name:20s} {'on' if verdict.on else 'off':3s} {estimate:32s} mean {j.mean:8.3g} rms {j.rms:8.3g} "
-        f"(tolerances, {j.seeds} seeds){flag}{'' if j.right_each else '  <- not by each run'}"
+        f"(tolerances, {j.seeds} seeds){flag}{'' if right_each(j) else '  <- not by each run'}"
     )
 
 

@@ -84,8 +84,8 @@ class RealClock:
 class VirtualClock:
     """A clock that stands still until a caller moves it on: runs are fast and repeat exactly."""
 
-    def __init__(self, start: float = 0.0) -> None:
-        self._now = start
+    def __init__(self) -> None:
+        self._now = 0.0
 
     def now(self) -> float:
         """Return the virtual time, s."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Wrench
+from stretch_bt.hardware.ages import FORCE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Reading
 from stretch_bt.hardware.least_force import DEVIATIONS, least_limit
 from stretch_bt.tree.context import Context
 
 __all__ = ["ForceLimit"]
 
-MAX_AGE = 0.2
 #: shortest time over which a noisy arm averages a reading, s
 SHORTEST: Final = 0.128
 
@@ -65,7 +65,7 @@ class ForceLimit:
         arm = self._of_arm()
         if self._sensor is None:
             return arm
-        felt = self._sensor.wrench(MAX_AGE).value.magnitude
+        felt = self._sensor.wrench(FORCE).value.magnitude
         return felt if arm <= max(self._held, self._at_first) else max(arm, felt)
 
     def reached(self, limit: float | None = None) -> bool:
@@ -94,7 +94,7 @@ class ForceLimit:
         return least_limit(self._noise, span) if span < self._window else 0.0
 
     def _of_arm(self) -> float:
-        reading = self._arm.wrench(MAX_AGE)
+        reading = self._arm.wrench(FORCE)
         if not self._readings or self._readings[-1].sequence != reading.sequence:
             self._readings.append(reading)
         while len(self._readings) > 1 and self._readings[0].host_time <= reading.host_time - self._window:

@@ -8,14 +8,13 @@ from weakref import WeakKeyDictionary
 from stretch_bt import perception
 from stretch_bt.errors import DeviceLost, IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.ages import FRAME, PLACE
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.context import Context
 
-__all__ = ["MAX_AGE", "FrameSource", "corrected"]
+__all__ = ["FrameSource", "corrected"]
 
-#: how old the latest frame may be, s: a camera at 5 Hz or more passes
-MAX_AGE = 0.5
 
 #: number of the last frame handed out by each camera of a run, by the camera's id, so that two nodes of one tick take different frames
 _latest: WeakKeyDictionary[Context, dict[int, int]] = WeakKeyDictionary()
@@ -43,7 +42,7 @@ class FrameSource:
         if self.camera.ended:
             raise NoAnswer("the recording has ended")
         try:
-            reading = self.camera.frame(MAX_AGE)
+            reading = self.camera.frame(FRAME)
         except DeviceLost:
             if self.camera.ended:  # since it was asked
                 raise NoAnswer("the recording has ended") from None
@@ -58,11 +57,11 @@ class FrameSource:
         # Pose and stretch from the camera's driver are of the moment of exposure; those from arm and gripper now are the next best.
         pose, height, stretch = frame.pose, frame.hand_height, frame.stretch
         if pose is None and self.arm is not None:
-            now = self.arm.pose(MAX_AGE).value
+            now = self.arm.pose(PLACE).value
             pose = now if height is None else now.at_height(height)
             height = pose.height
         if stretch is None and self.gripper is not None:
-            stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value)
+            stretch = geometry.stretch(self.gripper.opening(PLACE).value)
         pose = None if pose is None else geometry.seen_from(pose)
         stretch = None if stretch is None else max(stretch, 0.0)  # a gripper's counts may end short of the rest length
         distance = frame.plane_distance or geometry.plane_distance

@@ -12,12 +12,11 @@ from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MotionBehavior, lowest_of
 from stretch_bt.behaviors.records import FreeMembrane
 from stretch_bt.errors import NoContact
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
 from stretch_bt.tree.ports import In, InOut, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
-
-MAX_AGE = 0.2
 
 
 @node
@@ -53,7 +52,7 @@ class Descend(MotionBehavior):
 
     def start(self) -> Motion:
         """Move down, as far as allowed."""
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PRESSING_PLACE).value
         self.goal = min(max(pose.height - (self.max_travel or math.inf), lowest_of(self.context)), pose.height)
         return self.arm.move(pose.at_height(self.goal), speed=self.speed, owner=self.path)
 

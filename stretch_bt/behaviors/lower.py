@@ -2,12 +2,11 @@
 
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._limited_motion import LimitedMotion
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
-
-MAX_AGE = 0.2
 
 
 @node
@@ -23,5 +22,5 @@ class Lower(LimitedMotion):
     def start(self) -> Motion:
         """Move straight down."""
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PRESSING_PLACE).value
         return self.arm.move(pose.moved(z=-self.by), speed=self.speed, owner=self.path)

@@ -1,12 +1,11 @@
 """How deep the hand stands."""
 
 from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
-
-MAX_AGE = 0.2
 
 
 @node
@@ -21,6 +20,6 @@ class MeasureDepth(Behavior):
 
     def update(self) -> Status:
         """Measure."""
-        depth = self.touch.height - self.arm.pose(MAX_AGE).value.height
+        depth = self.touch.height - self.arm.pose(PRESSING_PLACE).value.height
         self.depth = Estimate(max(depth, 0.0), self.touch.height_sd)
         return Status.SUCCESS

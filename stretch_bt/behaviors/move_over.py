@@ -8,13 +8,13 @@ from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.perception.clouds.seen import turn_of
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Length, Speed
 
-MAX_AGE = 0.5
 STRAIGHT = 1e-6  # largest 1 - cosine of the hand's tilt that still counts as upright
 
 
@@ -38,7 +38,7 @@ class MoveOver(MotionBehavior):
 
     def start(self) -> Motion:
         """Go up, then across."""
-        now = self.arm.pose(MAX_AGE).value
+        now = self.arm.pose(PLACE).value
         if now.matrix()[2, 2] < 1.0 - STRAIGHT:
             raise InvalidInput("the hand is tilted; 'move_over' turns only a hand that points straight down")
         contact = None if self.touch is None else self.touch.height

@@ -4,13 +4,13 @@ import numpy as np
 
 from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.errors import NoContact
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Speed
 
-MAX_AGE = 0.5
 #: the membrane frame's y is reversed against the hand's
 MIRROR = np.array([1.0, -1.0])
 HIGHEST = 0.99  # share of the points that lie lower: higher ones may be noise
@@ -32,7 +32,7 @@ class MoveOverContact(MotionBehavior):
 
     def start(self) -> Motion:
         """Go up, then across."""
-        now, seen = self.arm.pose(MAX_AGE).value, self.contact
+        now, seen = self.arm.pose(PLACE).value, self.contact
         if seen.pose is None or not len(seen.points):
             raise NoContact(
                 "the contact does not know the pose of the hand, or has no point; use an arm beside the camera"

@@ -6,7 +6,6 @@ from stretch_bt.behaviors._readings import fixed_part, frames_at, noise_at
 from stretch_bt.behaviors.records import Candidates, Felt, PlannedPress, TopReadings
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
-from stretch_bt.model.palpation.planning import Plan
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Time
@@ -51,11 +50,9 @@ class PlanLook(Behavior):
         """Plan."""
         felt = self.felt
         choice = None if self._known(felt) else self._choice(felt)
-        plan = None if choice is None else choice.press
-        plan = plan or Plan(felt.last.stretch, felt.last.hand, felt.force, felt.deflection)
+        plan = (None if choice is None else choice.press) or felt.stay()
         count, gain = (min(mechanics.COUNTS), 0.0) if choice is None else (choice.count, choice.gain)
-        depth = max(self.candidates.touched_at - plan.hand, 0.0)
-        self.next = PlannedPress(plan.stretch, depth, plan.force, plan.drop, count, gain, choice is None)
+        self.next = PlannedPress.of(plan, self.candidates, count, gain, known=choice is None)
         return Status.SUCCESS
 
     def _known(self, felt: Felt) -> bool:

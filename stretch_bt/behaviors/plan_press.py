@@ -3,7 +3,6 @@
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import within_range
 from stretch_bt.behaviors.records import Candidates, Felt, PlannedPress
-from stretch_bt.model.palpation.planning import Plan
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length
@@ -40,7 +39,6 @@ class PlanPress(Behavior):
             if self.least is None or felt.deflection < self.least:
                 raise
             self.hardest = True
-            plan = Plan(felt.last.stretch, felt.last.hand, felt.force, felt.deflection)
-        depth = max(given.touched_at - plan.hand, 0.0)
-        self.next = PlannedPress(plan.stretch, depth, plan.force, plan.drop, 0, 0.0, self.hardest)
+            plan = felt.stay()
+        self.next = PlannedPress.of(plan, given, known=self.hardest)
         return Status.SUCCESS

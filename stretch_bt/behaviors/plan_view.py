@@ -11,6 +11,7 @@ from stretch_bt.behaviors._motion import MOST_DEPTH
 from stretch_bt.behaviors._views import Place, counted, place_of, request_of
 from stretch_bt.behaviors.records import PlannedView, TriedViews
 from stretch_bt.errors import UnsetKey
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.perception.clouds.coverage import Hidden, coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
@@ -19,8 +20,6 @@ from stretch_bt.perception.clouds.seen import turn_of
 from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length
-
-MAX_AGE = 0.5
 
 
 @node
@@ -53,7 +52,7 @@ class PlanView(Behavior):
 
     def update(self) -> Status:
         """Plan."""
-        relief, now = self.relief, self.arm.pose(MAX_AGE).value
+        relief, now = self.relief, self.arm.pose(PLACE).value
         here = (now.position[0], now.position[1], turn_of(now))
         left = None if relief is None else hidden(relief)
         unseen = 0.0 if relief is None or left is None else float(left.chance.sum()) * relief.cell**2
@@ -89,7 +88,7 @@ class PlanView(Behavior):
 
     def _best(self, relief: Relief, left: Hidden, tried: Sequence[Place]) -> Place | None:
         geometry, limits = self.context.hand.geometry, self.context.limits
-        stretch = 0.0 if self.gripper is None else geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        stretch = 0.0 if self.gripper is None else geometry.stretch(self.gripper.opening(PLACE).value)
         anywhere = (-math.inf, math.inf)
         look = next_view(
             relief,

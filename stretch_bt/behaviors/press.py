@@ -4,12 +4,11 @@ from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._limited_motion import LimitedMotion
 from stretch_bt.behaviors._motion import MOST_DEPTH, touched_at
 from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
-
-MAX_AGE = 0.2
 
 
 @node
@@ -29,5 +28,5 @@ class Press(LimitedMotion):
     def start(self) -> Motion:
         """Move straight down, or up."""
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
-        pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
+        pose, contact = self.arm.pose(PRESSING_PLACE).value, touched_at(self.context, self.touch)
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)

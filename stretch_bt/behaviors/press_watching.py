@@ -7,6 +7,7 @@ from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, touched_at
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.top_watch import TopWatch
@@ -15,7 +16,6 @@ from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
-MAX_AGE = 0.2
 SAFE = 0.8  # share of the force at which the cell stops the arm
 LEAST = 0.0005  # m, least depth of a press past first contact
 
@@ -53,7 +53,7 @@ class PressWatching(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight down."""
-        pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
+        pose, contact = self.arm.pose(PRESSING_PLACE).value, touched_at(self.context, self.touch)
         target = max(contact - self.depth, lowest_of(self.context))
         return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
 
@@ -81,7 +81,7 @@ class PressWatching(MotionBehavior):
         return self._end("force" if self.limit.reached() else "depth")
 
     def _depth(self) -> float:
-        return self.touch.height - self.arm.pose(MAX_AGE).value.height
+        return self.touch.height - self.arm.pose(PRESSING_PLACE).value.height
 
     def _most(self) -> float:
         limits = self.context.limits

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stretch_bt.behaviors._readings import Reading
 from stretch_bt.model import ForceModel, Limits, Series
+from stretch_bt.model.palpation.planning import Plan
 from stretch_bt.perception.cap import Cap
 from stretch_bt.perception.detect import ContactDetector
 from stretch_bt.perception.pattern import FreeView
@@ -126,6 +127,10 @@ class Felt:
         """Return force over deflection, N/m, on the curve; raises IllConditioned where the deflection is too small."""
         return self.series.stiffness_at(deflection)
 
+    def stay(self) -> Plan:
+        """Return the latest press as a plan: the hand stays where it is."""
+        return Plan(self.last.stretch, self.last.hand, self.force, self.deflection)
+
 
 @dataclass(frozen=True, slots=True)
 class Candidates:
@@ -149,6 +154,12 @@ class PlannedPress:
     frames: int  # number of frames to average there
     gain: float  # expected relative reduction of the variance of the stiffness, 1/s; 0 where nothing is gained
     known: bool  # whether no further look is needed, or none is worth its time
+
+    @classmethod
+    def of(cls, plan: Plan, candidates: Candidates, frames: int = 0, gain: float = 0.0, *, known: bool) -> PlannedPress:
+        """Return a plan whose depth counts from where the candidates' depths count, 0 where the hand stays above that."""
+        depth = max(candidates.touched_at - plan.hand, 0.0)
+        return cls(plan.stretch, depth, plan.force, plan.drop, frames, gain, known)
 
 
 @dataclass(frozen=True, slots=True)

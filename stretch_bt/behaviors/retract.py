@@ -4,12 +4,11 @@ import math
 
 from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Speed
-
-MAX_AGE = 0.5
 
 
 @node
@@ -26,7 +25,7 @@ class Retract(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight up."""
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PLACE).value
         contact = None if self.touch is None else self.touch.height
         limits = self.context.limits
         highest = math.inf if limits is None else limits.height.max

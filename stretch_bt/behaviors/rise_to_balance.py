@@ -3,12 +3,12 @@
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.hardware.ages import FORCE, PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Speed
 
-MAX_AGE = 0.2
 BACK = 0.001  # m, rise at each step
 CLEAR = 0.002  # m, height above first contact to which a hand close to it rises
 
@@ -23,7 +23,7 @@ class RiseToBalance(MotionBehavior):
 
     def start(self) -> Motion:
         """Go up a little."""
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PRESSING_PLACE).value
         near = self.touch.height - pose.height <= 2 * BACK
         target = self.touch.height + CLEAR if near else pose.height + BACK
         return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
@@ -38,9 +38,9 @@ class RiseToBalance(MotionBehavior):
     def arrived(self) -> Status:
         """Go on up while the arm finds no equilibrium; clear of first contact there is one."""
         try:
-            self.arm.wrench(MAX_AGE)
+            self.arm.wrench(FORCE)
         except NoEquilibrium:
-            if self.arm.pose(MAX_AGE).value.height < self.touch.height + CLEAR / 2:
+            if self.arm.pose(PRESSING_PLACE).value.height < self.touch.height + CLEAR / 2:
                 self.motion = self.start()
                 return Status.RUNNING
         return Status.SUCCESS

@@ -3,12 +3,11 @@
 from stretch_bt.behaviors._first_touch import top_of
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.ages import PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Speed
-
-MAX_AGE = 0.2
 
 
 @node
@@ -28,7 +27,7 @@ class RiseToTouch(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight up."""
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PRESSING_PLACE).value
         return self.arm.move(pose.moved(z=self.rise), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:

@@ -8,13 +8,13 @@ from stretch_bt.behaviors._limited_motion import LimitedMotion
 from stretch_bt.behaviors._motion import MOST_DEPTH, lowest_of, touched_at
 from stretch_bt.behaviors._rolling import laid, length_of
 from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.model.control.level import ForceKeeper
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
-MAX_AGE = 0.5
 STEPS = 72  # poses a turn: the chord misses a circle by a thousandth of the radius
 LEGS = 8  # pieces of a lap after each of which the height follows the force
 
@@ -55,7 +55,7 @@ class Roll(LimitedMotion):
     def start(self) -> Motion:
         """Follow the first piece."""
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
-        self.begin = self.arm.pose(MAX_AGE).value
+        self.begin = self.arm.pose(PLACE).value
         self.keeper = ForceKeeper(self.begin.height if self.force is not None else self._lowest)
         return self._follow()
 

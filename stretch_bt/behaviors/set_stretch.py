@@ -1,6 +1,7 @@
 """Stretching the membrane."""
 
 from stretch_bt.behaviors._motion import MOST_STRETCH, MotionBehavior
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Gripper, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -8,7 +9,6 @@ from stretch_bt.units import Length, Speed
 
 #: how far the fingers may stand from where they were sent, m: a little more than one count of the gripper
 TOLERANCE = 0.001
-MAX_AGE = 0.5
 
 
 @node
@@ -25,7 +25,7 @@ class SetStretch(MotionBehavior):
 
     def arrived(self) -> Status:
         """Believe the measured opening, not the report of success: the membrane pulls the fingers shut."""
-        stretch = self.context.hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        stretch = self.context.hand.geometry.stretch(self.gripper.opening(PLACE).value)
         if abs(stretch - self.stretch) <= TOLERANCE:
             return Status.SUCCESS
         self.reason = f"the fingers stand at a stretch of {stretch * 1e3:.1f} mm instead of {self.stretch * 1e3:.1f} mm"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json, in_place
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -103,14 +103,8 @@ def _measured(names: Iterable[str], quick: bool, old: Comparison | None) -> Iter
     with redirect_stdout(sys.stderr):  # what other programs print must not get among the result
         for row in measure(names, quick=quick, doubt=None if old is None else old.slower):
             yield row
-            _progress(f"{row.domain}: {row.case}")
-    _progress("")
-
-
-def _progress(case: str) -> None:
-    """Show on a terminal what has just been measured, in place of what was before it."""
-    if sys.stderr.isatty():
-        typer.echo(f"\r\033[K{case[:70]}", nl=False, err=True)
+            in_place(f"{row.domain}: {row.case}")
+    in_place("")
 
 
 def _beside(folder: Path, fresh: Collection[str]) -> list[Row]:

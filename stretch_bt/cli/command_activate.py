@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, AsJson, emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def command(
     yes: Annotated[
         bool, typer.Option("--yes", help="Do not ask: the membrane is off, and nobody is near the fingers.")
     ] = False,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Activate a gripper, which opens and closes its fingers all the way: take the membrane off and keep clear of them."""
     from stretch_bt.clock import RealClock

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import AsJson, emit_json, warn
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def command(
     plot: Annotated[
         Path | None, typer.Option(help="Draw forces, moduli and residuals into this file: .png, .svg or .pdf.")
     ] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Fit a force model to measured forces; the file serves as the `model` of nodes and of `predict`."""
     from stretch_bt.model import calibrate
@@ -42,7 +42,7 @@ def command(
     found = calibrate(given, model, {"characterization": dict(table.provenance), "presses": len(given)})
     found.model.save(out)
     for text in found.warnings:
-        typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
+        warn(text)
     if plot is not None:
         _draw(found, plot)
     emit_json(found.to_json()) if json_ else _show(found, out)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stretch_bt.cli.looking import SCENE
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import AsJson, emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def command(
     stops: Annotated[int, typer.Option(help="Openings at which to look.", min=3, max=30)] = 6,
     frames: Annotated[int, typer.Option(help="Frames to average at each.", min=1, max=256)] = 16,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask: the hand is free, and fingers may move.")] = False,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Find where the camera stands in the hand, and which opening a count of the gripper is: the membrane is stretched and looked at."""
     from stretch_bt.hardware.cell import clock_of, open_cell

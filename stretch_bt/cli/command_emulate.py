@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import emit_json, warn
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -68,9 +68,7 @@ def _check_host(host: str) -> None:
     except ValueError:
         raise InvalidInput(f"{host!r} is no address to listen on; write one such as 127.0.0.2") from None
     if not address.is_loopback:
-        typer.secho(
-            f"warning: {host} can be reached from other machines, and nothing here asks for a password", err=True
-        )
+        warn(f"{host} can be reached from other machines, and nothing here asks for a password")
 
 
 def _ports(texts: list[str], wires: dict[str, list[str]]) -> dict[str, dict[str, int]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json, in_place
 
 if TYPE_CHECKING:
     from stretch_bt.hardcases import Row
@@ -28,9 +28,9 @@ def command(
     with redirect_stdout(sys.stderr):  # what a case prints must not get among the result
         for name, found in chosen.items():
             for hard in found.values():
-                _progress(f"{name}: {hard.name}")
+                in_place(f"{name}: {hard.name}")
                 rows.append(run(name, hard))
-        _progress("")
+        in_place("")
     if json_:
         emit_json([row.to_json() for row in rows])
     else:
@@ -48,9 +48,3 @@ def _show(rows: list[Row]) -> None:
     wrong = sum(not row.ok for row in rows)
     ended = "all end as they must" if not wrong else f"{wrong} do not end as they must"
     typer.echo(f"{len(rows)} cases, {ended}, {sum(row.seconds for row in rows):.1f} s of CPU")
-
-
-def _progress(case: str) -> None:
-    """Show on a terminal what is run now, in place of what was before it."""
-    if sys.stderr.isatty():
-        typer.echo(f"\r\033[K{case[:70]}", nl=False, err=True)

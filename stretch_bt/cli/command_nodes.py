@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import AsJson, emit_json
 from stretch_bt.cli.rows import add_row
 from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.source import did_you_mean
@@ -25,7 +25,7 @@ __all__ = ["command", "imported_nodes"]
 def command(
     name: Annotated[str | None, typer.Argument(help="One node or construct; all when left out.")] = None,
     tree: Annotated[str | None, typer.Option(help="Also the nodes that this tree file imports.")] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """List the nodes that trees may use, with their ports, and the constructs of the language."""
     from stretch_bt.tree.flow import CONSTRUCTS

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, AsJson, emit_json
 from stretch_bt.cli.quantities import quantity_of
 from stretch_bt.errors import InvalidInput
 
@@ -19,7 +19,7 @@ def command(
     radius: Annotated[str, typer.Option(help="Radius of the sphere, as in 10mm.")],
     stretch: Annotated[str, typer.Option(help="Stretch past the rest length, as in 30mm.")],
     depth: Annotated[str, typer.Option(help="Depth past first contact, as in 8mm.")],
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Print the force that a calibrated hand feels from a sphere, with its standard deviation."""
     from stretch_bt.model import ForceModel

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, AsJson, emit_json, warn
 from stretch_bt.cli.quantities import quantity_of
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.units import KINDS
@@ -32,7 +32,7 @@ def command(
     plot: Annotated[
         Path | None, typer.Option(help="Draw the pressed sheet into this picture, as in press.png.")
     ] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Press an indenter into the membrane, and print the force and what it touches."""
     from stretch_bt.simulation import press
@@ -63,7 +63,7 @@ def command(
         typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
         raise typer.Exit(EXIT_FAILURE) from None
     for warning in result.warnings:
-        typer.secho(f"warning: {warning}", fg=typer.colors.YELLOW, err=True)
+        warn(warning)
     if plot is not None:
         _draw(result, plot)
     if json_:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, AsJson, emit_json, warn
 
 if TYPE_CHECKING:
     from stretch_bt.runtime.replay import ReplayResult
@@ -20,16 +20,16 @@ def command(
     trust: Annotated[
         bool, typer.Option("--trust", help="Execute the Python modules that stand beside the recorded tree.")
     ] = False,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Tick a recorded tree again on its recorded readings, and report the first decision that differs."""
     from stretch_bt.runtime.replay import replay
 
     result = replay(record, trust=trust, say=_say_executed)
     for other in result.others:
-        _warn(f"the replay ran another {other}")
+        warn(f"the replay ran another {other}")
     if result.damage is not None:
-        _warn(result.damage)
+        warn(result.damage)
     if json_:
         emit_json(result.to_json())
     else:
@@ -39,10 +39,6 @@ def command(
 
 def _say_executed(file: str) -> None:
     typer.echo(f"executing {file}", err=True)
-
-
-def _warn(text: str) -> None:
-    typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
 
 
 def _show(result: ReplayResult) -> None:

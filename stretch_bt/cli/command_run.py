@@ -147,7 +147,7 @@ def refused(error: StretchError) -> dict[str, Any]:
 
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
     found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
-    result = RunResult(status, writable(error), {}, {}, 0, 0.0, 0.0, 0.0, error.record)
+    result = RunResult.without_ticks(status, writable(error), error.record)
     return {**printed(result), "diagnostics": found}
 
 

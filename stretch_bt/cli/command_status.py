@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stretch_bt.cli.looking import AsJson, Cell, Device, look
+from stretch_bt.cli.looking import Cell, Device, look
+from stretch_bt.cli.output import AsJson
 
 __all__ = ["command"]
 

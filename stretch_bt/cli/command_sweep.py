@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json, in_place
 from stretch_bt.cli.rows import add_row
 from stretch_bt.cli.stops import stops
 
@@ -85,12 +85,14 @@ class _Progress:
 
     def say(self, text: str) -> None:
         """Say something in place of what was said before it."""
-        typer.echo(f"\r\033[K{text}" if self._terminal else text, nl=not self._terminal, err=True)
+        if self._terminal:
+            in_place(text, longest=None)
+        else:
+            typer.echo(text, err=True)
 
     def end(self) -> None:
         """Make room for what comes after it."""
-        if self._terminal:
-            typer.echo("\r\033[K", nl=False, err=True)
+        in_place("")
 
 
 def _minutes(seconds: float) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.output import EXIT_FAULT, print_findings
+from stretch_bt.cli.output import EXIT_FAULT, AsJson, print_findings
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import did_you_mean
 
@@ -21,7 +21,6 @@ SCENE = "water_balloon"  # of a simulated cell, where none is named
 
 Cell = Annotated[str, typer.Argument(help="A cell file, or the name of a shipped cell.")]
 Device = Annotated[str | None, typer.Option("--device", help="Only this one.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
 
 
 def look(

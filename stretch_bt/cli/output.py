@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,14 +31,21 @@ __all__ = [
     "EXIT_FAILURE",
     "EXIT_FAULT",
     "EXIT_INTERRUPTED",
+    "AsJson",
     "emit_json",
     "exit_code",
+    "in_place",
     "print_diagnostics",
     "print_findings",
     "report_error",
+    "warn",
 ]
 
 EXIT_FAILURE, EXIT_FAULT = 1, 3
+#: longest line that is shown in place of another, in characters: what a terminal wraps is not taken away
+_LINE = 70
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
 
 
 def emit_json(document: Any, *, indent: int | None = 2, last: bool = True) -> None:
@@ -85,6 +92,17 @@ def report_error(error: StretchError) -> int:
     for note in getattr(error, "__notes__", ()):
         typer.secho(writable(note), fg=typer.colors.RED, err=True)
     return exit_code(error)
+
+
+def warn(text: str) -> None:
+    """Warn of something on standard error."""
+    typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
+
+
+def in_place(text: str, longest: int | None = _LINE) -> None:
+    """Show on a terminal, on standard error, what goes on now, in place of what was before it; nothing elsewhere."""
+    if sys.stderr.isatty():
+        typer.echo(f"\r\033[K{text[:longest]}", nl=False, err=True)
 
 
 def print_findings(findings: Iterable[Finding], json_: bool) -> bool:

@@ -19,6 +19,7 @@ from stretch_bt.errors import (
     StretchError,
     named,
 )
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.driver import ArmDriver, CellContext, Driver, GripperDriver
 from stretch_bt.hardware.hand import Hand
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 __all__ = ["Cell", "clock_of", "open_cell"]
 
 T = TypeVar("T")
-#: how old what a real arm or gripper says may be for the simulation beside it, s
-MAX_AGE = 0.5
 
 
 class Cell:
@@ -224,13 +223,13 @@ def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:
 def _newest(device: Monitored[Any], what: str, read: Callable[[], Reading[T]]) -> Reading[T]:
     """Read a device for the simulation beside it, past the journal: no node asked. Raises StaleReading."""
     try:
-        reading, age = device.fresh(what, read, MAX_AGE)
+        reading, age = device.fresh(what, read, PLACE)
     except (StaleReading, LimitExceeded, NotReady):
         raise
     except DeviceFault as fault:  # of this device, not of the simulated one that is read
         device.keep(fault)
         raise
-    if age > MAX_AGE:
+    if age > PLACE:
         raise StaleReading(
             device.name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"
         )

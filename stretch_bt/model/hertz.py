@@ -18,8 +18,6 @@ from stretch_bt.units import is_number
 
 __all__ = ["SHAPES", "hertz_depth", "hertz_force"]
 
-Numbers = float | npt.NDArray[np.float64]
-
 
 def hertz_force(
     shape: str,

@@ -1,11 +1,10 @@
-"""Height of the object's top: the vertex of a quadratic on a curved top, a robust mean on a flat one."""
+"""Height of the object's top, the highest of all that touch."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +17,12 @@ from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.leaning_face import face_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.pitch import pitch_of
-from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.steps import shared_step, step_of
+from stretch_bt.perception.robust import sample
+from stretch_bt.perception.steps import step_of
 from stretch_bt.perception.stripes import NO_STRIPES
 from stretch_bt.perception.surface import check_array, check_labels, check_points, finite
-from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
+from stretch_bt.perception.top import Places, Points
+from stretch_bt.perception.top_disc import LEAST_POINTS, DiscTop, top_by_discs
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
@@ -32,13 +32,6 @@ __all__ = ["top_of_pixels", "top_of_points", "track_height", "within_reach"]
 
 Array = npt.NDArray[np.float64]
 
-RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim leaves alone
-HIGH = 0.1  # share of the points that are the highest
-AROUND = 1.5  # radii of those within which a top is sought
-BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
-SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
-ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
-LEAST_POINTS = 12
 MOST_CURVED = 1e10  # 1/m, of an atom
 PARTS = 2  # high parts of a contact that are tried
 
@@ -47,13 +40,6 @@ RUN = 64  # neighbours that are kept together, since they show how far noise is 
 UNSEEN = (
     "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
 )
-
-
-class _Top(NamedTuple):
-    """Height of a top, m, and whether it is clearly curved."""
-
-    height: Estimate
-    is_curved: bool
 
 
 def track_height(
@@ -110,7 +96,7 @@ def track_height(
         raise NoContact(UNSEEN)
     noise = noise_around(points, valid, np.concatenate(found))
     others = sample(points[..., 2], valid)
-    tops, refusals = list[_Top](), list[IllConditioned]()
+    tops, refusals = list[DiscTop](), list[IllConditioned]()
     for places in found:
         try:
             tops += _tops(points, valid, _some(places), noise, others, curvature)
@@ -139,7 +125,7 @@ def _highest(
     noise: NoiseSpectrum | None,
     others: FloatArray,
     curvature: Estimate | None,
-    tops: list[_Top],
+    tops: list[DiscTop],
 ) -> Estimate:
     """Return the height, m, of the highest top, or of a part of all pixels in contact (h, w) that stands clearly higher, or of a face that leans."""
     if noise is None:
@@ -163,7 +149,7 @@ def _highest_part(
     noise: NoiseSpectrum,
     others: FloatArray,
     curvature: Estimate | None,
-    tops: list[_Top],
+    tops: list[DiscTop],
 ) -> Estimate:
     """Return the height, m, of the highest top, or of a part of all pixels in contact (h, w) that stands clearly higher."""
     means = HighMeans.of(points, valid, touching)
@@ -185,20 +171,20 @@ def _tops(
     noise: NoiseSpectrum | None,
     others: FloatArray,
     curvature: Estimate | None,
-) -> Iterator[_Top]:
+) -> Iterator[DiscTop]:
     """Yield the tops of the contact at some pixels (n,): of one, or of two that look like a long one."""
     touching = _points(points.reshape(-1, 3)[places], places, valid.shape[1], noise)
     step = step_of(touching.cloud[2], others)
     noise = None if noise is None else noise.beside_counts(step)
     touching = replace(touching, step=step, noise=noise)
     if noise is None:
-        yield _best(touching, curvature)
+        yield top_by_discs(touching, curvature)
         return
     around = surroundings(points, valid, touching, noise)
     for part in summits(touching, around, max(noise.white_sd, touching.step / math.sqrt(12.0))):
-        top = _best(part, curvature)
+        top = top_by_discs(part, curvature)
         alone = noise.area <= 1.0 and noise.stripes == NO_STRIPES
-        yield top if alone else _Top(by_wide_discs(top.height, part, around), top.is_curved)
+        yield top if alone else DiscTop(by_wide_discs(top.height, part, around), top.is_curved)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -221,7 +207,7 @@ def top_of_pixels(
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], places[some], wide, noise)
-    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), by_half=by_half).height
+    return top_by_discs(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2])), by_half=by_half).height
 
 
 def within_reach(height: Estimate, reach: float | None) -> Estimate:
@@ -254,125 +240,3 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
             f"a height with its error needs at least twelve points in contact, there are {len(found)}; press deeper, or average frames"
         )
     return found
-
-
-def _best(points: Points, known: Estimate | None = None, by_half: float = 1.0) -> _Top:
-    """Return the top from a disc that the membrane's bend at the rim leaves alone."""
-    cloud = points.cloud
-    middle, away, radius = disc_of(cloud)
-    reach = RIM * radius
-    near = _disc(points, away, reach)
-    top = Top(near, middle, even=False).bent(known)
-    if not top.is_curved:
-        top, reach = _of_highest(points, top, reach, known)
-    if top.is_curved:
-        within = min(reach, max(BEND / top.curvature, 0.3 * radius))
-        middle = top.vertex(radius)
-        before, near, shown = near, _disc(points, _away(cloud, middle), within), True
-        if not np.array_equal(before.places, near.places):
-            top, shown = _finer(top, near, middle, known)
-        found = top.estimate(radius)
-        unlike = by_half * _unlike_half(found, near, middle, radius, known)
-        return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
-    top, flat = Top(near, middle, even=True), _flat(near)
-    return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
-
-
-def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tuple[Top, bool]:
-    """Return the top of a disc near the middle (2,), and whether it shows a curvature; if not, with that of a wider disc, which may hold skirt."""
-    top = Top(near, middle, even=False).bent(known)
-    if top.is_curved:
-        return top, True
-    of_wide = Estimate(wide.curvature, math.hypot(wide.curvature_sd, ROUGHLY * wide.curvature))
-    bent = top.bent(of_wide)
-    return (bent if bent.is_convex else wide), False
-
-
-def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
-    """Return the difference, m, of the heights from a disc and from its inner half, beyond what noise explains (Hausman, 1978).
-
-    Then the disc holds skirt, which no quadratic follows.
-    """
-    away = _away(near.cloud, middle)
-    inner = np.flatnonzero(away <= 0.5 * float(away.max()))
-    if inner.size < LEAST_POINTS:
-        return 0.0
-    half = Top(near.at(inner), middle, even=False).bent(known)
-    if not half.is_curved:
-        return 0.0
-    other = half.estimate(radius)
-    by_chance = max(other.sd**2 - found.sd**2, 0.0)
-    return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
-
-
-def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
-    """Return the top about the highest points, and its reach, where it is clearly curved and much smaller; else as given.
-
-    Where part of the skirt was taken for contact, the middle of all points lies beside the top. On a flat face the highest
-    points lie anywhere.
-    """
-    cloud = points.cloud
-    high = cloud[:, cloud[2] > quantile(cloud[2], 1.0 - HIGH)]
-    if high.shape[1] < LEAST_POINTS:
-        return top, reach
-    middle = np.array([quantile(high[0]), quantile(high[1])])
-    within = AROUND * math.sqrt(2.0 * quantile(_away(high, middle)))
-    if within > 0.7 * reach:
-        return top, reach
-    other = Top(_disc(points, _away(cloud, middle), within), middle, even=False).bent(known)
-    return (other, within) if other.is_curved else (top, reach)
-
-
-def _faint(top: Top, flat: Estimate) -> Estimate:
-    """Return the height of a top that is flat, or nearly so.
-
-    Taken for flat, a faint cap comes out too low by half its sag. Before it is seen, a top is flat or round, one as likely as
-    the other, and a round one falls within the disc by a half-normal share of its depth.
-    """
-    sag, spread = top.sag, SAG * abs(flat.value)
-    likely = _sag(sag, max(spread, 1e-9))
-    return Estimate(flat.value + 0.5 * likely.value, math.hypot(flat.sd, 0.5 * likely.sd))
-
-
-def _sag(seen: Estimate, spread: float) -> Estimate:
-    """Return the sag, m, that is 0 or, as likely, half-normal with a `spread`, m, once it is seen with an error."""
-    seen = Estimate(seen.value, max(seen.sd, 1e-12))
-    total = seen.sd**2 + spread**2
-    middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
-    t = middle / sd
-    if t < -30.0:  # so surely none that the tail is less than any number
-        return Estimate(0.0, 0.0)
-    above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
-    hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
-    odds = (
-        2.0
-        * above
-        * seen.sd
-        / math.sqrt(total)
-        * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
-    )
-    share = odds / (1.0 + odds)
-    mean, variance = middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0)
-    return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))
-
-
-def _away(cloud: Array, middle: Array) -> Array:
-    """Return the squared lateral distances (n,) of points from a place."""
-    x, y = cloud[0] - middle[0], cloud[1] - middle[1]
-    return np.asarray(x * x + y * y)
-
-
-def _disc(points: Points, away: Array, radius: float) -> Points:
-    """Return the points whose squared distance lies within a radius, or all where that leaves too few."""
-    near = np.flatnonzero(away <= radius * radius)
-    return points.at(near) if near.size >= LEAST_POINTS else points
-
-
-def _flat(points: Points) -> Estimate:
-    """Return Tukey's robust mean of heights that come in steps, m, and its standard deviation."""
-    z, n = points.cloud[2], len(points)
-    center, one = quantile(z), np.ones((1, n))
-    q, sd = settled(one, z - center, points.step)
-    own = sd * sd / n + float(points.shared(one)[0, 0]) / n**2
-    evens = sd if points.noise is None else min(points.noise.sd_beside_counts(points.step), sd)
-    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(points.step, evens)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -63,15 +62,6 @@ class SurfaceNoise:
                 "the noise of a surface has a finite deviation of 0 m or more, and 1 or more pixels that share an error, got"
                 f" {shown(self.sd)[:80]} and {shown(self.area)[:80]}"
             )
-
-    def of_means(self, pixels: float) -> SurfaceNoise:
-        """Return the noise of means over squares of so many pixels, and how many of them share one error.
-
-        Noise that a Gaussian made alike is meant; the squares blur as a Gaussian of their own variance does.
-        """
-        pixels = max(pixels, 1.0)
-        area = 1.0 + (self.area - 1.0) / pixels
-        return SurfaceNoise(self.sd * math.sqrt(self.area / (area * pixels)), area)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -10,15 +10,13 @@ from typing import Any, NamedTuple
 
 from stretch_bt.errors import DeviceFault, NoAnswer, NotReady
 from stretch_bt.frames import DepthFrame, Pose, Wrench
+from stretch_bt.hardware.ages import EXPRESSION_FORCE, PLACE
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
 
-__all__ = ["MAX_AGE", "Commanded", "RunContext", "Seen"]
-
-#: how old a reading in an expression may be, s; a force, which rises quickly, less
-MAX_AGE, FORCE_AGE = 0.5, 0.25
+__all__ = ["Commanded", "RunContext", "Seen"]
 
 #: commands that a result keeps, the latest ones: a run may take days
 COMMANDS = 10_000
@@ -27,9 +25,9 @@ COMMANDS = 10_000
 _EARLY = 0.25
 
 _READERS: dict[str, Callable[[Any], float]] = {
-    "force": lambda device: device.wrench(FORCE_AGE).value.magnitude,
-    "height": lambda device: device.pose(MAX_AGE).value.height,
-    "opening": lambda device: device.opening(MAX_AGE).value,
+    "force": lambda device: device.wrench(EXPRESSION_FORCE).value.magnitude,
+    "height": lambda device: device.pose(PLACE).value.height,
+    "opening": lambda device: device.opening(PLACE).value,
 }
 
 

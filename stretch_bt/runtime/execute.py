@@ -183,14 +183,14 @@ class _Run:
 
     def unopened(self, status: str, error: StretchError) -> None:
         """Finish the record of a run whose devices could not be opened, and note at the error where it is."""
-        result = RunResult(status, str(error), {}, {}, 0, 0.0, 0.0, 0.0, place_of(self.record))
+        result = RunResult.without_ticks(status, str(error), place_of(self.record))
         self.write_down(result)
         error.record = result.record
 
     def unbegun(self) -> RunResult:
         """Return the result of a run that a signal ended before its first tick."""
         reason = f"stopped by {self.came[0]} before the first tick"
-        result = RunResult("INTERRUPTED", reason, {}, {}, 0, 0.0, 0.0, 0.0, place_of(self.record))
+        result = RunResult.without_ticks("INTERRUPTED", reason, place_of(self.record))
         self.write_down(result)
         return result
 

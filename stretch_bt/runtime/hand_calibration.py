@@ -13,6 +13,7 @@ from stretch_bt import perception
 from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.ages import FRAME, PLACE
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
@@ -24,7 +25,8 @@ from stretch_bt.units import Estimate
 __all__ = ["HandCalibration", "Stop", "calibrate_hand", "hand_devices"]
 
 _TICK = 0.02
-_MAX_AGE = 0.5
+#: of the fingers, m/s
+_SPEED = 0.020
 #: how long frames and a motion may take, s
 _PATIENCE = 60.0
 #: standard deviation of where in a count the fingers stand
@@ -75,12 +77,11 @@ def calibrate_hand(
     *,
     stops: int = 6,
     frames: int = 16,
-    speed: float = 0.020,
     said: Callable[[str], None] = lambda text: None,
 ) -> HandCalibration:
     """Stretch the free membrane in steps within the limits of the cell, look at it at each, and go back to the first.
 
-    The fingers go at `speed`, m/s, or as fast as the cell allows where that is less.
+    The fingers go at 20 mm/s, or as fast as the cell allows where that is less.
 
     Only the gripper moves. Where the membrane's ends leave the view the steps end.
 
@@ -95,12 +96,12 @@ def calibrate_hand(
     """
     devices: Mapping[str, Any] = cell.devices
     gripper, camera = (devices[name] for name in hand_devices(cell.spec))
-    span, speed = cell.spec.span("stretch"), min(speed, cell.spec.limits.gripper_speed)
+    span, speed = cell.spec.span("stretch"), min(_SPEED, cell.spec.limits.gripper_speed)
     geometry, found, raised = cell.hand.geometry, list[Stop](), list[BaseException]()
     try:
         for stretch in np.linspace(max(span[0], 0.0), span[1], stops):
             _go(gripper, geometry.opening(float(stretch)), speed, clock)
-            told, count = gripper.opening(_MAX_AGE).value, gripper.driver.count()
+            told, count = gripper.opening(PLACE).value, gripper.driver.count()
             frame = _look(camera, frames, clock)
             try:
                 view = view_of_hand(frame, geometry.plane_distance)
@@ -191,7 +192,7 @@ def _look(camera: Any, count: int, clock: Clock) -> DepthFrame:
     while len(found) < count:
         if clock.now() > due:
             raise DeviceFault(camera.name, f"{len(found)} of {count} frames came within {_PATIENCE:.0f} s")
-        reading = camera.frame(_MAX_AGE)
+        reading = camera.frame(FRAME)
         if reading.host_time > since:
             found[reading.sequence] = reading.value
         clock.wait_until(clock.now() + _TICK)

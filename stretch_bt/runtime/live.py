@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -25,7 +24,7 @@ class LiveView:
     """Shows a run on a console, by default standard error.
 
     On a terminal it redraws the tree a few times a second, cut to the rows around what runs. Elsewhere it prints a line
-    whenever an action, a node without children, changes its status. It gets the changes by `update`, or as a watcher of a runner.
+    whenever an action, a node without children, changes its status. It gets the changes by `update`.
     """
 
     def __init__(self, console: Console | None = None) -> None:
@@ -56,24 +55,13 @@ class LiveView:
         """Show the task time, s, and the status and text of each node by path; may be called on every tick."""
         self._now = now
         for path, (status, text) in statuses.items():
-            self.status(path, status, text)
+            self._show(path, status, text)
 
-    def begin_tick(self, tick: int, time: float) -> None:
-        """Show the task time, s."""
-        self._now = time
-
-    def status(self, path: str, status: str, reason: str = "") -> None:
-        """Show the status and text of one node."""
+    def _show(self, path: str, status: str, text: str) -> None:
         before = self._shown.get(path, _UNSEEN)[0]
-        self._shown[path] = status, reason
+        self._shown[path] = status, text
         if self._live is None and path in self._actions and status != before:
-            self._print(path, status, reason)
-
-    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Show nothing."""
-
-    def note(self, kind: str, **fields: Any) -> None:
-        """Show nothing."""
+            self._print(path, status, text)
 
     def stop(self) -> None:
         """End; the last picture of the tree stays on a terminal. May be called more than once."""

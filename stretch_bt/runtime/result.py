@@ -66,6 +66,11 @@ class RunResult:
     logged: list[tuple[str, str]] = field(default_factory=list)
     keys: dict[str, Any] = field(default_factory=dict)
 
+    @classmethod
+    def without_ticks(cls, status: str, reason: str, record: str | None) -> RunResult:
+        """Return how a run ended that never ticked; `record` is the path of its record, if it keeps one."""
+        return cls(status, reason, {}, {}, 0, 0.0, 0.0, 0.0, record)
+
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
         return {f.name: plain(getattr(self, f.name)) for f in fields(self) if f.name not in _OF_PYTHON}

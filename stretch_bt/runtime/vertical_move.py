@@ -7,6 +7,7 @@ import math
 from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Wrench
+from stretch_bt.hardware.ages import PLACE, UNHEARD
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.finding import Finding
@@ -15,7 +16,7 @@ from stretch_bt.hardware.monitored.arm import MonitoredArm
 
 __all__ = ["VerticalMove", "arm_of", "check_distance"]
 
-_OWNER, _TICK, _MAX_AGE = "move", 0.05, 0.5
+_OWNER, _TICK = "move", 0.05
 #: change of the force, N, at which the motion ends: more than noise and drift of a CB3's estimate once it is averaged
 _FELT = 10.0
 #: how far below the lowest place downwards a motion may end, m: the start is measured, not chosen
@@ -67,7 +68,7 @@ class VerticalMove:
         device = cell.devices[name]
         assert isinstance(device, MonitoredArm)
         self._arm, self._speed = device, speed
-        self._start = device.pose(_MAX_AGE).value
+        self._start = device.pose(PLACE).value
         self._goal = self._start.moved(z=by)
         limits, height = cell.spec.limits, self._goal.height
         limits.check_way(name, speed, [self._start.height, height])
@@ -87,7 +88,7 @@ class VerticalMove:
 
     def go(self, clock: Clock) -> Finding:
         """Move, and return how it ended; raises DeviceFault."""
-        before, begun, why = self._arm.wrench(_MAX_AGE).value, clock.now(), ""
+        before, begun, why = self._arm.wrench(UNHEARD).value, clock.now(), ""
         motion = self._arm.move(self._goal, speed=self._speed, owner=_OWNER)
         while (state := motion.poll()) is MotionState.MOVING and not why:
             clock.wait_until(clock.now() + _TICK)
@@ -118,7 +119,7 @@ class VerticalMove:
 
     @property
     def _height(self) -> float:
-        return self._arm.pose(_MAX_AGE).value.height
+        return self._arm.pose(PLACE).value.height
 
     @property
     def _gone(self) -> str:
@@ -126,7 +127,7 @@ class VerticalMove:
         return f"{abs(gone):.2f} mm {'higher' if gone >= 0 else 'lower'} than before"
 
     def _obstacle(self, before: Wrench) -> str:
-        change = math.dist(self._arm.wrench(_MAX_AGE).value.force, before.force)
+        change = math.dist(self._arm.wrench(UNHEARD).value.force, before.force)
         return (
             f"the force changed by {change:.1f} N on the way, so that something holds the hand"
             if change > _FELT

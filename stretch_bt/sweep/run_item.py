@@ -23,9 +23,6 @@ from stretch_bt.units import format_duration
 
 __all__ = ["run_item"]
 
-#: fields that a row takes over from the result of a run
-_FIELDS = ("outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds")
-
 
 def run_item(spec: Spec) -> Ran:
     """Run an item, and return its row, whatever it came to, errors and faults included.
@@ -86,12 +83,9 @@ def _at(name: str | None, home: Path) -> Any:
 
 
 def _row(spec: Spec, result: RunResult, limit: WallLimit) -> dict[str, Any]:
-    plain = result.to_json()
     if spec.limit is not None and limit.passed:
-        return spec.row(
-            TIMED_OUT, f"no end within {format_duration(spec.limit)} of wall time", **{n: plain[n] for n in _FIELDS}
-        )
-    return spec.row(result.status, result.reason, **{name: plain[name] for name in _FIELDS})
+        return spec.row(TIMED_OUT, f"no end within {format_duration(spec.limit)} of wall time", result)
+    return spec.row(result.status, result.reason, result)
 
 
 def _refused(error: Exception) -> tuple[str, str]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.runtime.record.folder import Kept
 from stretch_bt.sweep.job import Ran
+
+if TYPE_CHECKING:
+    from stretch_bt.runtime.result import RunResult
 
 __all__ = ["AGAIN", "KILLED", "TIMED_OUT", "Spec"]
 
@@ -15,6 +18,8 @@ __all__ = ["AGAIN", "KILLED", "TIMED_OUT", "Spec"]
 KILLED, TIMED_OUT = "killed", "timed_out"
 #: rows that say nothing of the item itself, so that it is run again
 AGAIN = (KILLED, TIMED_OUT)
+#: fields that a row takes over from the result of a run
+_OF_RESULT = ("outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +65,13 @@ class Spec:
     source: str
     origin: str
 
-    def row(self, status: str, reason: str, **more: Any) -> dict[str, Any]:
-        """Return a row of this item."""
-        nothing = {"outputs": {}, "truth": {}, "ticks": 0, "task_seconds": 0.0, "wall_seconds": 0.0, "cpu_seconds": 0.0}
+    def row(
+        self, status: str, reason: str, result: RunResult | None = None, worker: str | None = None
+    ) -> dict[str, Any]:
+        """Return a row of this item; without a result, of a run that never ticked."""
+        from stretch_bt.runtime.result import RunResult
+
+        plain = (result or RunResult.without_ticks(status, reason, None)).to_json()
         return {
             "key": self.key,
             "tree": self.tree,
@@ -71,9 +80,8 @@ class Spec:
             "set": dict(self.params),
             "status": status,
             "reason": reason,
-            **nothing,
-            "worker": None,
-            **more,
+            **{name: plain[name] for name in _OF_RESULT},
+            "worker": worker,
         }
 
     def run(self) -> Ran:

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.units import is_number
+
 __all__ = ["SUMMARY", "Group", "Output", "Summary", "can_be_summed_up", "write_summary"]
 
 SUMMARY = "summary.json"
@@ -93,12 +95,12 @@ class Group:
             self.reasons[row["reason"]] += 1
             return
         for name, output in row["outputs"].items():
-            if _is_number(output["value"]):
+            if is_number(output["value"]):
                 found = self.outputs.setdefault(name, Output(output["unit"]))
                 truth = row["truth"].get(name, {}).get("value")
                 found.values.append(output["value"])
-                found.sds.append(output["sd"] if _is_number(output["sd"]) else np.nan)
-                found.truths.append(truth if _is_number(truth) else np.nan)
+                found.sds.append(output["sd"] if is_number(output["sd"]) else np.nan)
+                found.truths.append(truth if is_number(truth) else np.nan)
 
     @property
     def name(self) -> str:
@@ -161,10 +163,6 @@ def write_summary(folder: Path, items: int, rows: Iterable[dict[str, Any]]) -> S
     text = json.dumps(summary.to_json(), indent=2, allow_nan=False, ensure_ascii=False)
     (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
     return summary
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _known(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -119,7 +119,6 @@ class SweepFile:
     choices: dict[str, tuple[Value, ...]]
     marks: dict[str, Mark]
     tolerance: dict[str, float]
-    tolerance_mark: Mark | None
     limit: float | None
     record: Literal["full", "events", "none"]
 
@@ -161,7 +160,7 @@ def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
             raise SweepError(wrong) from None
         right = _without_wrong(source, wrong)
         made = _of_what_is_right(right)
-    table, given = _params(source, wrong), right.get("tolerance")
+    table = _params(source, wrong)
     found = SweepFile(
         file=file,
         path=Path(path),
@@ -173,7 +172,6 @@ def read_sweep(path: str | Path) -> tuple[SweepFile, list[Diagnostic]]:
         choices={key.text: _choices(value) for key, value in table},
         marks={key.text: key.mark for key, _ in table},
         tolerance={} if made.tolerance is None else made.tolerance.named(),
-        tolerance_mark=None if given is None else given.mark,
         limit=made.limit,
         record=made.record,
     )

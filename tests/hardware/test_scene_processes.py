@@ -29,7 +29,7 @@ from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.emulators.twin_process import steadied, take
 from stretch_bt.hardware.hand import HandGeometry
-from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.placed import Placed
 from stretch_bt.hardware.simulated.trace import Trace
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor

@@ -19,7 +19,7 @@ from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import Lost, Message
-from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.motion.path import PosePath
 from stretch_bt.hardware.ur.force_filter import HandForce
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.messages import CODEC, ArmState, Beat, Engaged, Follow, Stop

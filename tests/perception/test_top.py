@@ -6,9 +6,10 @@ from height_noise import alike
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.perception.height import _sag, top_of_points
+from stretch_bt.perception.height import top_of_points
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.top import Points, Top
+from stretch_bt.perception.top_disc import _sag
 from stretch_bt.units import Estimate
 
 SIDE, PITCH, SD, LENGTH = 300, 0.25e-3, 0.3e-3, 3.0

@@ -117,7 +117,8 @@ class Sleepy(VirtualClock):
     """A clock that is late by more and more, as a busy machine's."""
 
     def __init__(self) -> None:
-        super().__init__(start=0.7)
+        super().__init__()
+        self._now = 0.7
         self.asked = 0
 
     def now(self) -> float:

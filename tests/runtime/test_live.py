@@ -19,11 +19,7 @@ def test_without_a_terminal_each_change_of_an_action_is_a_line() -> None:
     live.start(OUTLINE)
     live.update(0.0, {"main": ("RUNNING", ""), "main/a": ("RUNNING", "1 mm [left]"), "main/b/c": ("INVALID", "")})
     live.update(0.5, {"main": ("RUNNING", "x"), "main/a": ("RUNNING", "0 mm left")})
-    live.begin_tick(20, 1.0)
-    live.status("main/a", "SUCCESS")
-    live.status("main/b/c", "RUNNING", "deeper")
-    live.note("overrun", seconds=1.0)
-    live.write("depth", 1.0, None, "main/b/c")
+    live.update(1.0, {"main/a": ("SUCCESS", ""), "main/b/c": ("RUNNING", "deeper")})
     live.update(1.5, {"main/b/c": ("INVALID", "")})
     live.stop()
     assert stream.getvalue().splitlines() == [
@@ -64,7 +60,7 @@ def test_a_tall_tree_is_cut_to_what_runs(running: int) -> None:
 def test_by_default_it_writes_to_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
     live = LiveView()
     live.start([(0, "main", "main")])
-    live.status("main", "RUNNING")
+    live.update(0.0, {"main": ("RUNNING", "")})
     live.stop()
     captured = capsys.readouterr()
     assert (captured.out, "running" in captured.err) == ("", True)

@@ -35,7 +35,6 @@ __all__ = [
     "forces_of",
     "measured",
     "measured_at",
-    "true_forces",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -73,11 +72,6 @@ class TrueHand:
         """Return its membrane."""
         effects = Effects(sag=DENSITY, bending=True, friction=self.friction, mullins=Mullins(r=1 / self.softening))
         return Sheet(0.1, 0.09, self.thickness, rubber(self.shear_modulus, self.share), self.mount_prestretch, effects)
-
-
-def true_forces(seed: int) -> Array:
-    """Return (diameters, stretches, depths) float, N, of the hand of a seed, as the protocol presses it."""
-    return forces_of(TrueHand.drawn(seed).sheet(), DIAMETERS, STRETCHES, DEPTHS, FINER)
 
 
 def forces_of(sheet: Sheet, diameters: Array, stretches: Array, depths: Array, settings: Settings) -> Array:

@@ -33,11 +33,6 @@ class Judged:
         """Whether the advisor's choice holds by the change of the mean."""
         return (self.mean > 1) is self.verdict.on
 
-    @property
-    def right_each(self) -> bool:
-        """Whether it holds by the change in each run."""
-        return (self.rms > 1) is self.verdict.on
-
 
 @dataclass(frozen=True, slots=True)
 class Priced:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import AsJson, emit_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -28,7 +28,7 @@ def command(
     tolerance: Annotated[
         list[str] | None, typer.Option(help="Tolerance in place of the scene's, as in stiffness=2%; may be repeated.")
     ] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Show which effects a scene simulates, how large each one is against the tolerance, and why."""
     began = time.process_time()

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stretch_bt.cli.output import warn
+
 if TYPE_CHECKING:
     from stretch_bt.simulation.picture import Stage
 
@@ -26,14 +28,10 @@ def command(
     moment = save_scene(read, path, _stage())
     reached, wanted = read.object.top - moment.pose.height, read.conditions.depth
     if moment.refusal:
-        _warn(f"nothing is pressed: {moment.refusal}")
+        warn(f"nothing is pressed: {moment.refusal}")
     elif wanted > read.object.top:
-        _warn(f"the hand stands on the table: pressed {reached * 1e3:.3g} mm of {wanted * 1e3:.3g} mm")
+        warn(f"the hand stands on the table: pressed {reached * 1e3:.3g} mm of {wanted * 1e3:.3g} mm")
     typer.echo(str(path))
-
-
-def _warn(text: str) -> None:
-    typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
 
 
 def _stage() -> Stage:

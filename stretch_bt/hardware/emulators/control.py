@@ -27,6 +27,7 @@ from stretch_bt.source import did_you_mean
 __all__ = ["ControlPort", "control"]
 
 _LONGEST = 4096
+_PATIENCE = 15.0  # s that an answer may take
 
 
 class ControlPort:
@@ -126,7 +127,7 @@ class ControlPort:
                 return
 
 
-def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 15.0) -> dict[str, Any]:
+def control(address: tuple[str, int], asked: Mapping[str, Any]) -> dict[str, Any]:
     """Send one line to a control port, and return the answer.
 
     Raises
@@ -136,7 +137,7 @@ def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float =
     InvalidInput
         The line was refused.
     """
-    with socket.create_connection(address, timeout=timeout) as connection:
+    with socket.create_connection(address, timeout=_PATIENCE) as connection:
         connection.sendall(json.dumps(asked).encode() + b"\n")
         with connection.makefile("rb") as answers:
             line = answers.readline()

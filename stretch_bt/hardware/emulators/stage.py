@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.hand import HandGeometry
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.simulated.track import Track
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from stretch_bt.errors import DeviceFault, LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.ages import PLACE, UNHEARD
 from stretch_bt.hardware.driver import ArmDriver
 from stretch_bt.hardware.interfaces import Arm, Motion, Reading
 from stretch_bt.hardware.latched import NEW_RUN
@@ -15,7 +16,6 @@ from stretch_bt.hardware.monitored.mover import Mover
 
 __all__ = ["MonitoredArm"]
 
-_FORCE_AGE = _POSE_AGE = 0.5
 #: least time between two poses from which a speed is taken, s: a shorter one divides by noise
 _APART = 0.01
 #: largest distance of the hand from the end of a motion that is done, m: arms come within 0.1 mm, and report it a moment late
@@ -90,10 +90,10 @@ class MonitoredArm(Mover[ArmDriver]):
             if self._rises:
                 return
             raise
-        if self.watch.now() - reading.host_time > _FORCE_AGE:
-            self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
-        if self.watch.now() - place.host_time > _POSE_AGE:
-            self.halt(StaleReading(self.name, f"the arm moved without a new pose for {_POSE_AGE} s"))
+        if self.watch.now() - reading.host_time > UNHEARD:
+            self.halt(StaleReading(self.name, f"the arm moved without a force reading for {UNHEARD} s"))
+        if self.watch.now() - place.host_time > UNHEARD:
+            self.halt(StaleReading(self.name, f"the arm moved without a new pose for {UNHEARD} s"))
         self._check_force(reading.value)
 
     def check_arrival(self) -> None:
@@ -129,11 +129,9 @@ class MonitoredArm(Mover[ArmDriver]):
         self.check_command(owner, arguments)
         limits = self.watch.limits
         with self.faults():
-            here, age = self.fresh("pose", self.driver.pose, _POSE_AGE)
-        if age > _POSE_AGE:
-            raise self.refuse(
-                StaleReading(self.name, f"its latest pose is {age:.3g} s old, at most {_POSE_AGE} s to move")
-            )
+            here, age = self.fresh("pose", self.driver.pose, PLACE)
+        if age > PLACE:
+            raise self.refuse(StaleReading(self.name, f"its latest pose is {age:.3g} s old, at most {PLACE} s to move"))
         try:
             limits.check_way(self.name, arguments["speed"], [pose.height for pose in (here.value, *path)])
             for pose in path:

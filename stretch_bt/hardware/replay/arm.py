@@ -13,7 +13,7 @@ from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Mistake, Options, Poll
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.replay.npz import npz_mistakes
-from stretch_bt.hardware.replay.sixes import Sixes, opened
+from stretch_bt.hardware.replay.sixes import PlaysSixes, Sixes
 
 __all__ = ["ReplayArm"]
 
@@ -38,26 +38,14 @@ class _Options(Options):
         )
 
 
-class ReplayArm(ArmDriver):
+class ReplayArm(PlaysSixes, ArmDriver):
     """Plays a recording from the moment it is opened; then it is lost: end of recording. Motions are refused."""
 
     Options = _Options
-    any_clock = True
-    _played: Sixes | None = None
-
-    @property
-    def ended(self) -> bool:
-        """Whether the last pose has had its time."""
-        return self._played is not None and self._played.tape.ended
 
     def open(self) -> None:
         """Read the recording and begin to play it."""
-        o: _Options = self.options
-        self._played = Sixes(self.name, self.cell.root / o.file, o.time, [o.pose, o.wrench], self.cell.now)
-
-    def close(self) -> None:
-        """Forget where it stood."""
-        self._played = None
+        self.play(self.options.pose, self.options.wrench)
 
     def unready(self) -> str:
         """Return that it cannot be moved."""
@@ -69,10 +57,8 @@ class ReplayArm(ArmDriver):
 
     def pose(self) -> Reading[Pose]:
         """Return the pose; raises DeviceLost at the end of the recording."""
-        position, rotation, time, due, number = opened(self.name, self._played).latest(self.options.pose)
-        return Reading(Pose(position, rotation), time, due, number)
+        return self.latest_pose()
 
     def wrench(self) -> Reading[Wrench]:
         """Return the wrench; raises DeviceLost at the end of the recording."""
-        force, torque, time, due, number = opened(self.name, self._played).latest(self.options.wrench)
-        return Reading(Wrench(force, torque), time, due, number)
+        return self.latest_wrench()

@@ -9,11 +9,11 @@ from typing import Literal
 from pydantic import Field
 
 from stretch_bt.frames import Wrench
-from stretch_bt.hardware.driver import ForceSensorDriver, Mistake, Options
+from stretch_bt.hardware.driver import Mistake, Options
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.replay.npz import npz_mistakes
-from stretch_bt.hardware.replay.sixes import Sixes, opened
-from stretch_bt.hardware.wrenches import minus
+from stretch_bt.hardware.replay.sixes import PlaysSixes, Sixes
+from stretch_bt.hardware.zeroed import ZeroedForceSensor
 
 __all__ = ["ReplayForceSensor"]
 
@@ -36,36 +36,15 @@ class _Options(Options):
         )
 
 
-class ReplayForceSensor(ForceSensorDriver):
+class ReplayForceSensor(PlaysSixes, ZeroedForceSensor):
     """Plays recorded wrenches from the moment it is opened; then it is lost: end of recording."""
 
     Options = _Options
-    any_clock = True
-    _played: Sixes | None = None
-    _zero = Wrench((0.0, 0.0, 0.0))
-
-    @property
-    def ended(self) -> bool:
-        """Whether the last wrench has had its time."""
-        return self._played is not None and self._played.tape.ended
 
     def open(self) -> None:
         """Read the recording and begin to play it."""
-        o: _Options = self.options
-        self._played = Sixes(self.name, self.cell.root / o.file, o.time, [o.wrench], self.cell.now)
+        self.play(self.options.wrench)
 
-    def close(self) -> None:
-        """Forget where it stood."""
-        self._played = None
-
-    def wrench(self) -> Reading[Wrench]:
-        """Return the wrench since the last `zero`; raises DeviceLost at the end of the recording."""
-        return minus(self._raw(), self._zero)
-
-    def zero(self) -> None:
-        """Take the present wrench as zero."""
-        self._zero = self._raw().value
-
-    def _raw(self) -> Reading[Wrench]:
-        force, torque, time, due, number = opened(self.name, self._played).latest(self.options.wrench)
-        return Reading(Wrench(force, torque), time, due, number)
+    def raw(self) -> Reading[Wrench]:
+        """Return the recorded wrench; raises DeviceLost at the end of the recording."""
+        return self.latest_wrench()

@@ -10,10 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import DeviceLost, NotReady
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.driver import Driver
+from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.replay.npz import read_arrays
 from stretch_bt.hardware.replay.tape import Tape
 
-__all__ = ["Sixes", "opened"]
+__all__ = ["PlaysSixes", "Sixes"]
 
 _Three = tuple[float, float, float]
 
@@ -43,8 +46,36 @@ class Sixes:
         return (a, b, c), (d, e, f), float(self.tape.times[number]), due, number
 
 
-def opened(device: str, played: Sixes | None) -> Sixes:
-    """Return a recording that is played; raises NotReady where none is."""
-    if played is None:
-        raise NotReady(device, "the recording is not open")
-    return played
+class PlaysSixes(Driver):
+    """A driver that plays recorded rows from the moment it is opened; its options name the file and the times in it."""
+
+    any_clock = True
+    _played: Sixes | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last row has had its time."""
+        return self._played is not None and self._played.tape.ended
+
+    def close(self) -> None:
+        """Forget where it stood."""
+        self._played = None
+
+    def play(self, *keys: str) -> None:
+        """Read the arrays of these names and begin to play them."""
+        self._played = Sixes(self.name, self.cell.root / self.options.file, self.options.time, keys, self.cell.now)
+
+    def latest_pose(self) -> Reading[Pose]:
+        """Return the latest recorded pose; raises NotReady before `play`, DeviceLost at the end of the recording."""
+        position, rotation, time, due, number = self._opened().latest(self.options.pose)
+        return Reading(Pose(position, rotation), time, due, number)
+
+    def latest_wrench(self) -> Reading[Wrench]:
+        """Return the latest recorded wrench; raises as `latest_pose`."""
+        force, torque, time, due, number = self._opened().latest(self.options.wrench)
+        return Reading(Wrench(force, torque), time, due, number)
+
+    def _opened(self) -> Sixes:
+        if self._played is None:
+            raise NotReady(self.name, "the recording is not open")
+        return self._played

@@ -10,8 +10,9 @@ from pydantic import Field
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Options, Poll
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.hardware.simulated.path import Placed, PosePath
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.path import PosePath
+from stretch_bt.hardware.motion.profile import Profile
+from stretch_bt.hardware.simulated.placed import Placed
 from stretch_bt.hardware.simulated.samples import sample, sample_wrench
 from stretch_bt.units import KINDS, Length, Within
 

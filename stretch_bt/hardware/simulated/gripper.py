@@ -9,7 +9,7 @@ from pydantic import Field
 
 from stretch_bt.hardware.driver import GripperDriver, Options, Poll
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.simulated.samples import sample
 from stretch_bt.units import KINDS, Length, Within
 

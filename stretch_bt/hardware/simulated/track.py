@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.profile import Profile
 
 __all__ = ["Track"]
 

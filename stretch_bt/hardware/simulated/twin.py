@@ -12,8 +12,8 @@ from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.simulated.path import Placed
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.profile import Profile
+from stretch_bt.hardware.simulated.placed import Placed
 from stretch_bt.hardware.simulated.trace import Reported
 from stretch_bt.hardware.simulated.track import Track
 from stretch_bt.simulation.camera.sensor import Shot

@@ -14,7 +14,7 @@ from stretch_bt.hardware.driver import ArmDriver, Poll
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.latched import NEW_RUN
-from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.motion.path import PosePath
 from stretch_bt.hardware.transforms import pose_of, transform, transform_of
 from stretch_bt.hardware.ur.arm_process import ArmProcess
 from stretch_bt.hardware.ur.look import look

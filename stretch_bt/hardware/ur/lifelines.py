@@ -13,7 +13,6 @@ import socket
 import struct
 import sys
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -64,12 +63,10 @@ class Lifelines:
         Port of the controller.
     silent_after
         How long nothing may come by a connection, s.
-    end
-        What ends the process, with a reason.
     """
 
-    def __init__(self, port: int, silent_after: float, end: Callable[[str], object] = end_process) -> None:
-        self._port, self._silent_after, self._end = port, silent_after, end
+    def __init__(self, port: int, silent_after: float) -> None:
+        self._port, self._silent_after = port, silent_after
         self._held: dict[int, tuple[str, socket.socket]] = {}
         self._inodes: set[str] = set()
         self._poll = select.poll()
@@ -123,8 +120,7 @@ class Lifelines:
             self._poll.poll(_EVERY)
             for name, connection in list(self._held.values()):
                 if (reason := trouble(name, _link(connection), self._silent_after)) is not None:
-                    self._end(reason)
-                    return
+                    end_process(reason)
 
 
 def _peer_port(connection: socket.socket) -> int | None:

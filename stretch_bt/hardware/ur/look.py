@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.limits import Limits
-from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.motion.path import PosePath
 from stretch_bt.hardware.ur.dashboard import ask_dashboard
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach

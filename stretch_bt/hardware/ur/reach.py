@@ -11,7 +11,7 @@ import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.motion.path import PosePath
 from stretch_bt.hardware.transforms import Array, inverse, transform_of
 from stretch_bt.hardware.ur.kinematics import JOINTS, MODELS
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.hardware.simulated.path import PosePath
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.path import LEVER, PosePath
+from stretch_bt.hardware.motion.profile import Profile
 
 __all__ = ["Ride"]
 
@@ -19,8 +19,6 @@ __all__ = ["Ride"]
 _BEHIND, _BEHIND_TIME = 0.0015, 0.3
 #: longest time to settle, s, in which the allowed lag shrinks, and the distance from the target at which that ends at once, m
 _SETTLING, _SETTLED = 0.5, 5e-5
-#: lever that turns an angle into a distance, m
-_LEVER = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +63,7 @@ class Ride:
     def judge(self, place: Pose) -> MotionState | str:
         """Return how the motion stands with the hand at a place, or what is wrong."""
         wanted = self.setpoint
-        off = max(math.dist(place.position, wanted.position), _LEVER * _angle(place, wanted))
+        off = max(math.dist(place.position, wanted.position), LEVER * _angle(place, wanted))
         late = max(self.gone - self.profile.duration, 0.0) / _SETTLING
         most = (_BEHIND + _BEHIND_TIME * self.speed) * (1.0 - late)
         if self.gone < self.profile.duration:

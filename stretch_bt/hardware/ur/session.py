@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, cast
 
+from stretch_bt.hardware.motion.path import LEVER
 from stretch_bt.hardware.transforms import inverse, six, transform
 from stretch_bt.hardware.ur.dashboard import ask_dashboard
 from stretch_bt.hardware.ur.guard import Measured
@@ -184,7 +185,7 @@ class Session:
         flange = transform(self._receive.getActualTCPPose()) @ inverse(transform(self._settings.hand))
         nominal = MODELS[self._settings.model].forward(self._receive.getActualQ())
         off = six(inverse(nominal) @ flange)
-        return max(math.hypot(*off[:3]), 0.1 * math.hypot(*off[3:]))
+        return max(math.hypot(*off[:3]), LEVER * math.hypot(*off[3:]))
 
 
 def _version(host: str) -> tuple[int, ...]:

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.calibration.protocol import State
@@ -157,18 +156,13 @@ def _told(values: Iterable[float | None]) -> list[float]:
 
 
 def _rank(group: list[Cell], along: str) -> float | None:
-    errors = _ranks([math.inf if cell.absolute is None else cell.absolute for cell in group])
-    places = _ranks([getattr(cell, along) for cell in group])
+    from scipy.stats import rankdata
+
+    errors = rankdata([math.inf if cell.absolute is None else cell.absolute for cell in group])
+    places = rankdata([getattr(cell, along) for cell in group])
     if np.ptp(errors) == 0 or np.ptp(places) == 0:
         return None
     return float(np.corrcoef(places, errors)[0, 1])
-
-
-def _ranks(values: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Return the rank of each value; equal ones have the mean of theirs."""
-    _, which, counts = np.unique(values, return_inverse=True, return_counts=True)
-    ranks: npt.NDArray[np.float64] = np.cumsum(counts) - (counts - 1) / 2
-    return ranks[which]
 
 
 def _slope(group: list[Cell], along: str) -> float | None:

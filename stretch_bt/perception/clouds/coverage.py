@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 #: tangent of the steepest surface that is looked for; the map rounds off the last degrees to 45
-SLOPE = np.tan(np.radians(40.0))
+SLOPE = float(np.tan(np.radians(40.0)))
 WIDTH = 6e-3  # m that a surface is expected to go on beyond what is shown of it
 STEP = (1.0, np.sqrt(2.0))
 UPPER = np.radians(45.0)  # a steeper surface is not looked for
@@ -41,27 +41,19 @@ class Hidden:
         return np.isfinite(self.height) & ~self.cells
 
 
-def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH) -> Hidden:
+def hidden(relief: Relief) -> Hidden:
     """Return where the upper surface may go on beyond what is shown of it.
 
-    From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, it is carved away:
-    the object has none there. It goes on by at most `width`, and by at most half the width of the felt part: more is looked
+    From each place that was felt a surface may fall off at `SLOPE`. Where the membrane hung below that, it is carved away:
+    the object has none there. It goes on by at most `WIDTH`, and by at most half the width of the felt part: more is looked
     for once the next press has shown that there is more.
-
-    Parameters
-    ----------
-    relief : Relief
-    slope : float
-        Tangent of the steepest surface looked for.
-    width : float, m
-        How far to look beyond what is shown.
     """
     felt, known = relief.felt, told(relief)
     start = np.where(felt, relief.height, -np.inf)
     room = np.where(felt, _half_width(felt, relief.cell) + relief.cell, -np.inf)
-    height, reach = start.copy(), np.minimum(room, width)
-    for _ in range(round(width / relief.cell)):
-        height, reach = _spread(height, reach, slope * relief.cell, relief.cell)
+    height, reach = start.copy(), np.minimum(room, WIDTH)
+    for _ in range(round(WIDTH / relief.cell)):
+        height, reach = _spread(height, reach, SLOPE * relief.cell, relief.cell)
     height[known] = np.where(felt, relief.height, relief.ceiling)[known]
     cells = ~known & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
     height = np.where(cells | known, height, -np.inf)

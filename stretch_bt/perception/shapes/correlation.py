@@ -52,7 +52,9 @@ def _gridded(x: Array, y: Array, residuals: Array) -> tuple[Array, Array]:
 
 def _autocorrelation(image: Array, mask: Array) -> tuple[Array, Array]:
     """Return the distance in cells and the correlation of all pairs of cells, flat, ordered by distance."""
-    shape = tuple(_fast(2 * n - 1) for n in image.shape)
+    from scipy.fft import next_fast_len
+
+    shape = tuple(next_fast_len(2 * n - 1, real=True) for n in image.shape)
     products, pairs = (np.fft.irfft2(np.abs(np.fft.rfft2(a, shape)) ** 2, shape) for a in (image, mask))
     rows, columns = (np.minimum(np.arange(n), n - np.arange(n)) for n in shape)
     distance = np.hypot(rows[:, None], columns[None, :])
@@ -61,18 +63,6 @@ def _autocorrelation(image: Array, mask: Array) -> tuple[Array, Array]:
     ratio = products[near] / np.maximum(pairs[near], 1.0)
     ratio[pairs[near] < 8.0] = 0.0
     return distance[near][order], (ratio / ratio[order[0]])[order]
-
-
-def _fast(least: int) -> int:
-    """Return the next whole number that has no factor above 5, in which a Fourier transform is fast."""
-    for n in range(least, 2 * least + 1):
-        rest = n
-        for factor in (2, 3, 5):
-            while rest % factor == 0:
-                rest //= factor
-        if rest == 1:
-            break
-    return n
 
 
 def _area(distance: Array, correlation: Array, share: float) -> float:

@@ -16,7 +16,7 @@ from stretch_bt.perception.shapes.inliers import Inliers
 from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
 
-__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "settled_surface", "solve", "thinned"]
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
 
 Array = npt.NDArray[np.float64]
 
@@ -181,19 +181,14 @@ def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     IllConditioned
         The points leave a parameter free, or too few agree. `Settled.check` refuses one that still moves, so that others can be compared with it.
     """
-    met, found = sight, _iterated(surface, sight, name, STEPS, CLOSE)
+    met, found = sight, _iterated(surface, sight, name)
     for _ in range(PASSES if sight.lean is not None else 0):
         met = sight.moved_to(found[2])
-        found = _iterated(found[0], met, name, STEPS, CLOSE)
+        found = _iterated(found[0], met, name)
     return _with_error(met, name, *found)
 
 
-def settled_surface(surface: S, sight: Sight, name: str, *, steps: int, close: float) -> S:
-    """Do as `settle`, without the error, and within `close` of the standard deviation of a mean."""
-    return _iterated(surface, sight, name, steps, close)[0]
-
-
-def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array, float]:
+def _iterated(surface: S, sight: Sight, name: str) -> tuple[S, Inliers, Array, Array, float]:
     """Return where a surface settles, the mixture of the residuals (n,), these, the derivatives (p, n), and the last step.
 
     Weights follow residuals, so that a step may go to and fro for ever: then ever smaller shares of it are taken. The last step is the
@@ -203,7 +198,7 @@ def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> 
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
     inliers = Inliers.first(residuals, p, sight.floor)
-    for number in range(steps):
+    for number in range(STEPS):
         weights = inliers.weights(residuals)
         whole = _step(jacobian, weights, residuals, name)
         if number >= TRUSTED and whole @ before < 0.0:
@@ -219,7 +214,7 @@ def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> 
             Inliers.first(residuals, p, sight.floor) if wrong else inliers.next(residuals, weights, p, sight.floor)
         )
         moving = far / max(inliers.scale / math.sqrt(residuals.size), 1e-12)
-        if moving < close:
+        if moving < CLOSE:
             break
     return surface, inliers, residuals, jacobian, moving
 

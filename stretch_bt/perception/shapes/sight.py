@@ -14,7 +14,7 @@ from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
 from stretch_bt.units import is_number
 
-__all__ = ["Noise", "Sight", "camera_of", "extent", "sight_along_z", "sighted"]
+__all__ = ["Noise", "Sight", "camera_of", "extent", "sighted"]
 
 Array = npt.NDArray[np.float64]
 Noise = float | SurfaceNoise | None  # standard deviation of one point, m, and over how many points it is alike
@@ -108,13 +108,6 @@ def camera_of(points: FloatArray, rays: FloatArray) -> Array | None:
     if np.linalg.eigvalsh(total)[0] < PARALLEL * len(points):
         return None
     return np.asarray(np.linalg.solve(total, np.einsum("nij,nj->i", across, points)))
-
-
-def sight_along_z(points: Array, origin: Array, size: float) -> Sight:
-    """Return points (n, 3), m, as a camera along z sees them, from an origin (3,), m, and in units of `size`, m."""
-    x, y, z = np.ascontiguousarray((points - origin).T) / size
-    resolution = DIGITS * float(np.finfo(np.float32).eps) * float(np.abs(points).max()) / size
-    return Sight(x, y, z, None, np.eye(3), origin, size, resolution, resolution, 1.0)
 
 
 def _known(noise: Noise) -> SurfaceNoise:

@@ -22,6 +22,7 @@ BESIDE = 4e-3  # m that must be seen on either side of a bend
 MODEL = 5e-6  # m, least difference of a membrane's profile from a bend
 ALIKE = 8.0  # neighbouring places of a profile that err as one
 STEEPEST, LEAST = 3.0, 0.04  # change of slope
+REACH = 12e-3  # m on either side of a bend to which it is fitted
 STARTS = 1.5e-3  # m between places at which the search begins
 #: so near to the best fit that the answer does not depend on how a processor rounds
 CONVERGED: Any = {"ftol": 1e-14, "xtol": 1e-10, "gtol": 1e-10}
@@ -61,7 +62,7 @@ class Bend:
         return 2 * self.length / max(self.change, 1e-9)
 
 
-def search_bend(profile: Profile, low: float, high: float, *, reach: float = 12e-3) -> Bend:
+def search_bend(profile: Profile, low: float, high: float) -> Bend:
     """Return the bend of a profile that explains it best, between two places, m.
 
     Raises
@@ -72,18 +73,18 @@ def search_bend(profile: Profile, low: float, high: float, *, reach: float = 12e
     found = []
     for start in np.arange(low, high, STARTS):
         try:
-            found.append(_cost(profile, float(start), 1e-3, reach))
+            found.append(_cost(profile, float(start), 1e-3))
         except IllConditioned:
             continue
     if not found:
         raise IllConditioned("the profile shows no bend: no edge is seen; press nearer to an edge")
     begin = min(found)[1]
-    return fit_bend(profile, begin, reach=reach)
+    return fit_bend(profile, begin)
 
 
-def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[float, float]:
+def _cost(profile: Profile, place: float, length: float) -> tuple[float, float]:
     """Return how badly a bend at a place explains the whole profile, and the place; a profile that does not bend down has none."""
-    part = profile.between(place - reach, place + reach)
+    part = profile.between(place - REACH, place + REACH)
     _check(part, place)
     fit, left = _linear(part, place, length)
     if not LEAST < fit[2] < STEEPEST:
@@ -92,7 +93,7 @@ def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[
     return float(np.mean(left**2)) / fit[2] ** 2, place
 
 
-def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3, curved: bool = False) -> Bend:
+def fit_bend(profile: Profile, start: float, *, reach: float = REACH, curved: bool = False) -> Bend:
     """Fit a bend near a place, m, to the part of a profile within `reach`, m, of it; its near side may be `curved` like its far one.
 
     Raises

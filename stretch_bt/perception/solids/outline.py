@@ -55,7 +55,7 @@ class Fitted:
     evidence: float
 
 
-def rays_of(views: list[View], middle: Array, reach: float, most_views: int = 3) -> Rays:
+def rays_of(views: list[View], middle: Array, reach: float) -> Rays:
     """Return the bends around a middle (2,), m, by the views whose hands stood nearest to it; `reach`, m, is how far out they may be.
 
     Raises
@@ -64,7 +64,7 @@ def rays_of(views: list[View], middle: Array, reach: float, most_views: int = 3)
         Too few are seen.
     """
     places, directions, bends = [], [], []
-    for view in nearest_views(views, middle, most_views):
+    for view in nearest_views(views, middle):
         for angle in np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False):
             along = np.array([np.cos(angle), np.sin(angle)])
             profile = profile_of(view, middle, along, BAND, -FARTHEST / 2, FARTHEST + 20e-3)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any
 
 from stretch_bt.errors import RecordError
 from stretch_bt.runtime.record.folder import FORMAT, damaged, refuse
+from stretch_bt.units import is_number
 
 __all__ = ["Mark", "Written"]
 
@@ -147,12 +147,8 @@ def _parsed(line: bytes) -> tuple[dict[str, Any], str]:
 def _misses(event: dict[str, Any]) -> str:
     """Return what an event lacks of what its readers rely on, or nothing."""
     kind, tick, time = (event.get(name) for name in ("type", "tick", "time"))
-    if not isinstance(kind, str) or type(tick) is not int or not _is_number(time):
+    if not isinstance(kind, str) or type(tick) is not int or not is_number(time):
         return "has no type, tick or time"
     wanted = {**_FIELDS.get(kind, {}), **{name: types for name, types in _OPTIONAL.items() if name in event}}
     wrong = [name for name, types in wanted.items() if name not in event or not isinstance(event[name], types)]
     return f"has no {wrong[0]!r} that a {kind} has" if wrong else ""
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -13,6 +13,7 @@ import numpy as np
 
 from stretch_bt.runtime.record.places import Places
 from stretch_bt.runtime.record.plain import plain
+from stretch_bt.units import is_number
 
 __all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 
@@ -73,12 +74,12 @@ def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iter
 
     `sd` is the standard deviation, `scale` the size of the vector that a number is a component of.
     """
-    if _is_number(old) and _is_number(new) and not (isinstance(old, int) and isinstance(new, int)):
+    if is_number(old) and is_number(new) and not (isinstance(old, int) and isinstance(new, int)):
         yield _difference(old, new, sd, scale)
     elif isinstance(old, Mapping) and isinstance(new, Mapping):
         yield from _of_mappings(old, new)
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        size = max((scale, *(abs(v) for v in old if _is_number(v))))
+        size = max((scale, *(abs(v) for v in old if is_number(v))))
         sds = sd if isinstance(sd, list) and len(sd) == len(old) else [sd] * len(old)
         for a, b, s in zip(old, new, sds, strict=True):
             yield from _differences(a, b, s, size)
@@ -106,7 +107,7 @@ def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[flo
 def _with_middle(new: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a Solid as older records hold it: with the middle of its top as one array for the three coordinates."""
     place = [new.get(name) for name in ("x", "y", "z")]
-    if not all(map(_is_number, place)):
+    if not all(map(is_number, place)):
         return new
     return {name: value for name, value in new.items() if name not in ("x", "y", "z")} | {
         "middle": plain(np.array(place, float))
@@ -126,7 +127,7 @@ def _of_arrays(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float
 def _difference(old: float, new: float, sd: Any, scale: float) -> float:
     if old == new:
         return 0.0
-    spread = abs(sd) * RELATIVE**-1 * OF_SD if _is_number(sd) else 0.0
+    spread = abs(sd) * RELATIVE**-1 * OF_SD if is_number(sd) else 0.0
     return abs(old - new) / max(abs(old), scale, spread, TINY)
 
 
@@ -155,7 +156,3 @@ def _place(shown: str) -> float:
     """Return one unit of the last place of a shown number."""
     digits, _, exponent = shown.partition("e")
     return float(f"1e-{len(digits.partition('.')[2])}") * float(f"1e{exponent or 0}")
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.runtime.record import RecordReader
-from stretch_bt.units import KINDS, Kind
+from stretch_bt.units import KINDS, Kind, is_number
 
 __all__ = ["Frames", "History", "Series", "Span", "gather"]
 
@@ -109,7 +109,8 @@ def _scalars(name: str, value: Any, sd: Any) -> Iterator[tuple[str, float, float
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and math.isfinite(value)
+    """Return whether a value can be drawn over the time; a truth is drawn as 0 or 1."""
+    return isinstance(value, bool) or is_number(value)
 
 
 def _spans(events: list[dict[str, Any]], end: float) -> dict[str, list[Span]]:

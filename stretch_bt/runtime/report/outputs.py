@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from stretch_bt.runtime.report.text import escape, number, table, with_sd
+from stretch_bt.units import is_number
 
 __all__ = ["outputs"]
 
@@ -33,13 +33,9 @@ def _row(name: str, output: dict[str, Any], true: Any) -> list[str]:
 
 def _errors(value: Any, true: Any, sd: Any) -> tuple[str, ...]:
     """Return the error, in the output's unit, relatively and in standard deviations, each empty where it has no meaning."""
-    if not (_is_finite(value) and _is_finite(true)):
+    if not (is_number(value) and is_number(true)):
         return "", "", ""
     error = f"{value - true:+.2g}"
     relative = f"{(value - true) / abs(true):+.1%}" if true else ""
-    deviation = f"{(value - true) / sd:+.1f}" if _is_finite(sd) and sd > 0 else ""
+    deviation = f"{(value - true) / sd:+.1f}" if is_number(sd) and sd > 0 else ""
     return tuple(text.replace("-", "−") for text in (error, relative, deviation))
-
-
-def _is_finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -97,11 +97,6 @@ class Case:
         """Width of a pixel on the membrane, m."""
         return _DISTANCE / _FOCAL
 
-    @property
-    def contact_pixels(self) -> float:
-        """Pixels of the contact."""
-        return math.pi * (self.contact_radius / self.pixel) ** 2
-
     def from_height(self, error: float, why: str) -> Iterator[Size]:
         """Yield the change of each observable by an error of a measured height, m.
 

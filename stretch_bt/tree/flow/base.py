@@ -6,7 +6,7 @@ One construct to a file: a `Part` that knows its keyword, its form in YAML, its 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Container, Generator, Iterator, Sequence
+from collections.abc import Container, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
@@ -14,7 +14,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.errors import NoAnswer
-from stretch_bt.source import Mark, Value
+from stretch_bt.source import Mark
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.expression import Expression
 from stretch_bt.tree.fragments import Schema
@@ -22,7 +22,6 @@ from stretch_bt.tree.fragments import Schema
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
     from stretch_bt.tree.dataflow import DataFlow
-    from stretch_bt.tree.reader import Reader
 
 __all__ = ["CONSTRUCTS", "Flow", "FlowNode", "Known", "Part", "Wire", "both", "construct", "failed_at", "why_failed"]
 
@@ -165,9 +164,6 @@ def construct(cls: C) -> C:
     """Add a construct to the language; its `read` takes the reader, the key's place and the value."""
     CONSTRUCTS[cls.keyword] = cls
     return cls
-
-
-ReadPart = Callable[["Reader", Mark, Value], Part | None]
 
 
 class FlowNode(py_trees.behaviour.Behaviour):

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Check", "Condition", "Guard", "GuardNode", "SkipIf"]
 
-Explain = Callable[[], str]
-
 
 @construct
 @dataclass(slots=True)

@@ -60,6 +60,8 @@ CASES = {
     "the sign of nothing": (write(0.0), write(-0.0), True),
     "a count": (write(1_000_001), write(1_000_002), False),
     "no number": (write("NaN"), write(1.0), False),
+    "no number in a log that was edited": (write(float("nan")), write(1.0), False),
+    "a whole number beyond every float": (write(10**400), write(1.0), False),
     "a word": (write("left"), write("right"), False),
     "an array in its last digits": (write(array(0.0)), write(array(1e-13)), True),
     "an array": (write(array(0.0)), write(array(1e-4)), False),

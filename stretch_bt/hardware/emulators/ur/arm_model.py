@@ -13,14 +13,13 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.motion.path import LEVER
+from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import Kinematics
 
 __all__ = ["ArmModel", "JointMove", "LineMove", "Move", "Servo", "Slowing", "SpeedJ", "SpeedL", "line_length"]
 
-#: a turn counts as a distance by this lever, m, so that one on the spot takes time too
-_LEVER = 0.1
 #: fastest joints of both models, rad/s
 _FASTEST = math.pi
 _SLOW = 1e-6
@@ -174,7 +173,7 @@ class LineMove(Move):
 
 def line_length(a: Array, b: Array) -> float:
     """Return the length, m, that a line between two places (4, 4) has for its speed; a turn counts by a lever."""
-    return max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])), _LEVER * float(np.linalg.norm(_turn(a, b))))
+    return max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])), LEVER * float(np.linalg.norm(_turn(a, b))))
 
 
 def _turn(a: Array, b: Array) -> Array:

@@ -1,36 +1,19 @@
-"""Where a hand is, and straight lines through poses."""
+"""Straight lines through poses."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Final
 
 from stretch_bt.frames import Pose
 
-__all__ = ["Placed", "PosePath", "between"]
+__all__ = ["LEVER", "PosePath", "between"]
 
-#: lever that turns rotation into a distance, so that a turn on the spot takes time too
-_LEVER = 0.1
+#: lever, m, that turns a rotation into a distance, so that a turn on the spot takes time too
+LEVER: Final = 0.1
 _SHARP = math.cos(math.radians(45))  # of the angle between two legs
-
-
-class Placed(NamedTuple):
-    """Where the arm says that the hand is, and where it is."""
-
-    told: Pose
-    true: Pose
-
-    @staticmethod
-    def at(pose: Pose) -> Placed:
-        """Return a hand that is where the arm says."""
-        return Placed(pose, pose)
-
-    @staticmethod
-    def between(one: Placed, other: Placed, part: float) -> Placed:
-        """Return what lies between two of them, at a part of the way."""
-        return Placed(between(one.told, other.told, part), between(one.true, other.true, part))
 
 
 class PosePath:
@@ -98,13 +81,13 @@ def _next_to(before: Pose, pose: Pose) -> Pose:
 def _way(one: Pose, other: Pose) -> list[float]:
     """Return the direction from one pose to another that differs, of length 1: across, and turned by the lever."""
     across = [v - u for u, v in zip(one.position, other.position, strict=True)]
-    turned = [_LEVER * (v - u) for u, v in zip(one.rotation, other.rotation, strict=True)]
+    turned = [LEVER * (v - u) for u, v in zip(one.rotation, other.rotation, strict=True)]
     length = math.hypot(*across, *turned)
     return [v / length for v in (*across, *turned)]
 
 
 def _distance(one: Pose, other: Pose) -> float:
-    return max(math.dist(one.position, other.position), _LEVER * math.dist(one.rotation, other.rotation))
+    return max(math.dist(one.position, other.position), LEVER * math.dist(one.rotation, other.rotation))
 
 
 def between(one: Pose, other: Pose, part: float) -> Pose:

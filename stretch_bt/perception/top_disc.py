@@ -1,0 +1,157 @@
+"""Height of one top by a disc of its points: the vertex of a quadratic on a curved top, a robust mean on a flat one."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.steps import shared_step
+from stretch_bt.perception.top import Points, Top, disc_of, settled
+from stretch_bt.units import Estimate
+
+__all__ = ["LEAST_POINTS", "DiscTop", "top_by_discs"]
+
+Array = npt.NDArray[np.float64]
+
+RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim leaves alone
+HIGH = 0.1  # share of the points that are the highest
+AROUND = 1.5  # radii of those within which a top is sought
+BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
+SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
+ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
+LEAST_POINTS = 12
+
+
+class DiscTop(NamedTuple):
+    """Height of a top, m, and whether it is clearly curved."""
+
+    height: Estimate
+    is_curved: bool
+
+
+def top_by_discs(points: Points, known: Estimate | None = None, by_half: float = 1.0) -> DiscTop:
+    """Return the top from a disc that the membrane's bend at the rim leaves alone, by its curvature, 1/m, too where that is `known`.
+
+    The standard deviation includes `by_half` times the difference from the height of a disc half as wide.
+    """
+    cloud = points.cloud
+    middle, away, radius = disc_of(cloud)
+    reach = RIM * radius
+    near = _disc(points, away, reach)
+    top = Top(near, middle, even=False).bent(known)
+    if not top.is_curved:
+        top, reach = _of_highest(points, top, reach, known)
+    if top.is_curved:
+        within = min(reach, max(BEND / top.curvature, 0.3 * radius))
+        middle = top.vertex(radius)
+        before, near, shown = near, _disc(points, _away(cloud, middle), within), True
+        if not np.array_equal(before.places, near.places):
+            top, shown = _finer(top, near, middle, known)
+        found = top.estimate(radius)
+        unlike = by_half * _unlike_half(found, near, middle, radius, known)
+        return DiscTop(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
+    top, flat = Top(near, middle, even=True), _flat(near)
+    return DiscTop(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+
+
+def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tuple[Top, bool]:
+    """Return the top of a disc near the middle (2,), and whether it shows a curvature; if not, with that of a wider disc, which may hold skirt."""
+    top = Top(near, middle, even=False).bent(known)
+    if top.is_curved:
+        return top, True
+    bent = top.bent(Estimate(wide.curvature, math.hypot(wide.curvature_sd, ROUGHLY * wide.curvature)))
+    return (bent if bent.is_convex else wide), False
+
+
+def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
+    """Return the difference, m, of the heights from a disc and from its inner half, beyond what noise explains (Hausman, 1978).
+
+    Then the disc holds skirt, which no quadratic follows.
+    """
+    away = _away(near.cloud, middle)
+    inner = np.flatnonzero(away <= 0.5 * float(away.max()))
+    if inner.size < LEAST_POINTS:
+        return 0.0
+    half = Top(near.at(inner), middle, even=False).bent(known)
+    if not half.is_curved:
+        return 0.0
+    other = half.estimate(radius)
+    by_chance = max(other.sd**2 - found.sd**2, 0.0)
+    return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
+
+
+def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
+    """Return the top about the highest points, and its reach, where it is clearly curved and much smaller; else as given.
+
+    Where part of the skirt was taken for contact, the middle of all points lies beside the top. On a flat face the highest
+    points lie anywhere.
+    """
+    cloud = points.cloud
+    high = cloud[:, cloud[2] > quantile(cloud[2], 1.0 - HIGH)]
+    if high.shape[1] < LEAST_POINTS:
+        return top, reach
+    middle = np.array([quantile(high[0]), quantile(high[1])])
+    within = AROUND * math.sqrt(2.0 * quantile(_away(high, middle)))
+    if within > 0.7 * reach:
+        return top, reach
+    other = Top(_disc(points, _away(cloud, middle), within), middle, even=False).bent(known)
+    return (other, within) if other.is_curved else (top, reach)
+
+
+def _faint(top: Top, flat: Estimate) -> Estimate:
+    """Return the height of a top that is flat, or nearly so.
+
+    Taken for flat, a faint cap comes out too low by half its sag. Before it is seen, a top is flat or round, one as likely as
+    the other, and a round one falls within the disc by a half-normal share of its depth.
+    """
+    sag, spread = top.sag, SAG * abs(flat.value)
+    likely = _sag(sag, max(spread, 1e-9))
+    return Estimate(flat.value + 0.5 * likely.value, math.hypot(flat.sd, 0.5 * likely.sd))
+
+
+def _sag(seen: Estimate, spread: float) -> Estimate:
+    """Return the sag, m, that is 0 or, as likely, half-normal with a `spread`, m, once it is seen with an error."""
+    seen = Estimate(seen.value, max(seen.sd, 1e-12))
+    total = seen.sd**2 + spread**2
+    middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
+    t = middle / sd
+    if t < -30.0:  # so surely none that the tail is less than any number
+        return Estimate(0.0, 0.0)
+    above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
+    hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
+    odds = (
+        2.0
+        * above
+        * seen.sd
+        / math.sqrt(total)
+        * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
+    )
+    share = odds / (1.0 + odds)
+    mean, variance = middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0)
+    return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))
+
+
+def _away(cloud: Array, middle: Array) -> Array:
+    """Return the squared lateral distances (n,) of points from a place."""
+    x, y = cloud[0] - middle[0], cloud[1] - middle[1]
+    return np.asarray(x * x + y * y)
+
+
+def _disc(points: Points, away: Array, radius: float) -> Points:
+    """Return the points whose squared distance lies within a radius, or all where that leaves too few."""
+    near = np.flatnonzero(away <= radius * radius)
+    return points.at(near) if near.size >= LEAST_POINTS else points
+
+
+def _flat(points: Points) -> Estimate:
+    """Return Tukey's robust mean of heights that come in steps, m, and its standard deviation."""
+    z, n = points.cloud[2], len(points)
+    center, one = quantile(z), np.ones((1, n))
+    q, sd = settled(one, z - center, points.step)
+    own = sd * sd / n + float(points.shared(one)[0, 0]) / n**2
+    evens = sd if points.noise is None else min(points.noise.sd_beside_counts(points.step), sd)
+    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(points.step, evens)))
