@@ -11,12 +11,12 @@ import numpy.typing as npt
 from stretch_bt.behaviors.records import ForceSample, Touch
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.ages import FORCE, PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
 from stretch_bt.tree.context import Context
 
 __all__ = ["ForceMean", "along_hand", "check_alive"]
 
-MAX_AGE = 0.2
 _SILENT = 1.0  # s without a new reading
 _APART = 5e-4  # m between two measurements whose forces cannot be the same to the last digit
 _DEEP = 1e-3  # m past first contact; deeper there is a force
@@ -46,7 +46,7 @@ class ForceMean:
         IllConditioned
             The sensor has had no new reading for a second.
         """
-        reading = self.sensor.wrench(MAX_AGE)
+        reading = self.sensor.wrench(FORCE)
         if reading.sequence != self.newest and reading.host_time >= self.since - 1e-9:
             self.newest, self.heard = reading.sequence, self.context.now
             self.forces.append(reading.value.force)
@@ -57,7 +57,7 @@ class ForceMean:
     def sample(self) -> ForceSample:
         """Return the mean force along the hand's axis, N, away from the object, with its standard error."""
         # without an arm the hand points straight down
-        pose = Pose() if self.arm is None else self.arm.pose(MAX_AGE).value
+        pose = Pose() if self.arm is None else self.arm.pose(PRESSING_PLACE).value
         along = along_hand(self.forces, pose)
         alone = len(set(self.forces)) == 1
         spread = 0.0 if alone else float(along.std(ddof=1))

@@ -12,6 +12,7 @@ from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, 
 from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
 from stretch_bt.frames import DepthFrame, Pose
+from stretch_bt.hardware.ages import FORCE, PLACE
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.control.thickness import next_step
@@ -21,7 +22,6 @@ from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
-MAX_AGE = 0.5
 SHARE = 0.97  # largest force asked for, over the force at which the cell stops the arm
 FRAMES = 2  # frames averaged at each look
 
@@ -80,7 +80,7 @@ class PressToThickness(MotionBehavior):
             return Status.RUNNING
         self.looks += 1
         lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context)
-        pose = self.arm.pose(MAX_AGE).value
+        pose = self.arm.pose(PLACE).value
         shot = corrected(perception.average_frames(self.look.frames), self.pattern, self.device_names["camera"])
         top = height_over_table(shot, self.context.hand.geometry, self.mounting, self.pattern)
         step = next_step(top.value, self.thickness, pose.height, lowest, limited=self.limited, steps=self.looks)
@@ -117,7 +117,7 @@ class _Look:
     def add(self) -> bool:
         """Take the force and the next frame, if any, and return whether there are enough frames."""
         frame = self._source.next()
-        self._forces.append(self._arm.wrench(MAX_AGE).value.force)
+        self._forces.append(self._arm.wrench(FORCE).value.force)
         if frame is not None:
             self.frames.append(frame)
         return len(self.frames) >= FRAMES
