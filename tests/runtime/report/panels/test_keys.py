@@ -17,7 +17,8 @@ from stretch_bt.tree.program import load_program
 RECORDS = {"main/sphere": Sphere, "main/felt": Felt, "main/solid": Solid}
 MODULES = (*PANELS, looks)
 GIVEN = [v for module in MODULES for v in vars(module).values()]
-READ = {key for v in GIVEN for key in (v if isinstance(v, tuple) else (v,)) if isinstance(key, Key)}
+FOUND = {key for v in GIVEN for key in (v if isinstance(v, tuple) else (v,)) if isinstance(key, Key)}
+READ = sorted(FOUND, key=lambda key: key.name)
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,7 @@ def built():
     return {tree: build(load_program(tree), RunContext()) for tree in trees}
 
 
-@pytest.mark.parametrize("key", sorted(READ, key=lambda key: key.name), ids=lambda key: key.name)
+@pytest.mark.parametrize("key", READ, ids=lambda key: key.name)
 def test_every_key_that_a_panel_reads_is_one_of_its_trees(built, key):
     assert key.trees
     for tree in key.trees:
