@@ -102,7 +102,7 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
     seen = _seen(points, valid, touching, noise)
     is_fine = seen.beside < FINE
     found = _by_plane(points, seen, noise, top) if is_fine else Lean(None, 0.0)
-    start = _plane(seen, seen.start)
+    start = _plane(seen, seen.start, MOST)
     if start is None:
         return found
     sd = _slope_sd(start, int(np.count_nonzero(seen.start)) * seen.every**2, noise)

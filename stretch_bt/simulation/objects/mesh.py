@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 
 from stretch_bt.simulation.objects.base import Holds, Rough
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.polyhedron import Polyhedron
 
 __all__ = ["MeshObject"]
+
+FLAT = 1e-3  # share of an extent within which corners are as high, and reach as far
 
 
 class MeshObject(SolidSpec):
@@ -74,8 +77,17 @@ class MeshObject(SolidSpec):
         return Rough(body.tip_radius, self.roughly, edge=self.edge, face=body.flat, holds=holds)
 
     def known(self) -> dict[str, float]:
-        """Return its height, m, and its stiffness, N/m.
+        """Return its height, m, its extent along x and y, m, where its top spans all of it, and its stiffness, N/m.
 
-        Its extent across is that of its foot, or of a bulge, which a press from above need not feel: the scene's `dimensions` say what it feels.
+        The extent of a foot, or of a bulge, is one that a press from above need not feel: the scene's `dimensions` say what it feels.
         """
-        return {"height": self.top - self.base, **super().known()}
+        known = {"height": self.top - self.base, **super().known()}
+        across = dict(zip(("length", "width"), self._size, strict=False))
+        return {**across, **known} if self._is_upright else known
+
+    @property
+    def _is_upright(self) -> bool:
+        """Whether its highest corners reach as far along x and y as all of them."""
+        corners = self.body().vertices
+        high = corners[corners[:, 2] > corners[:, 2].max() - FLAT * self._size[2]]
+        return bool(np.abs(np.ptp(high, axis=0) - self._size)[:2].max() < FLAT * max(self._size))
