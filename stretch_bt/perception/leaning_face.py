@@ -20,7 +20,7 @@ from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["face_of"]
+__all__ = ["BESIDE", "MOST_CELLS", "PAST", "Around", "Face", "face_around", "face_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -57,16 +57,18 @@ NONE = Lean(None, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class _Face:
-    """Height of a face in its middle, m, slopes along x and y, and its middle (2,) and half its width and length, m."""
+class Face:
+    """Height of a face in its middle, m, slopes along x and y, its middle (2,) and half its width and length, m, and their turn, rad."""
 
     height: float
     slopes: Array
     middle: Array
     half: tuple[float, float]
+    turn: float
 
     @property
     def slope(self) -> float:
+        """How steep it is."""
         return float(np.hypot(*self.slopes))
 
     @property
@@ -77,6 +79,43 @@ class _Face:
     def at(self, place: Array) -> float:
         """Return the height of its plane at a place (2,), m."""
         return self.height + float(self.slopes @ (place - self.middle))
+
+
+@dataclass(frozen=True, slots=True)
+class Around:
+    """A contact around which a face is looked for: its radius, m, and the height of its middle, m.
+
+    `slope` is the slopes along x and y of its plane, with their standard deviation, where it lies in one; `flat` is False for a contact that looks
+    like a round top, as the high corner of a block does, or like two.
+    """
+
+    radius: float
+    height: Estimate
+    slope: tuple[Array, float] | None
+    flat: bool = True
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it is known not to lean."""
+        return self.slope is not None and float(np.hypot(*self.slope[0])) + 3.0 * self.slope[1] < LEAST_SLOPE
+
+    def is_of(self, face: Face) -> bool:
+        """Whether a face leans clearly, as a top does, and the contact is part of it."""
+        narrow, wide = sorted(face.half)
+        return bool(
+            LEAST_SLOPE < face.slope < STEEPEST
+            and narrow > 1.5 * NARROWEST
+            and wide < 0.9 * WIDEST
+            and face.area > (LEAST_AREA if self.flat else ROUND) * self.radius**2
+            and abs(self.height.value - face.at(np.zeros(2))) < 3.0 * self.height.sd + BESIDE_PLANE
+            and (not self.flat or self._agrees(face))
+        )
+
+    def _agrees(self, face: Face) -> bool:
+        if self.slope is None:
+            return True
+        slopes, sd = self.slope
+        return float(np.hypot(*(face.slopes - slopes))) < LIKELY * sd + UNEVEN
 
 
 def face_of(
@@ -100,48 +139,35 @@ def face_of(
     flat : bool
         Whether the contact looks like one flat top, not a round one as the high corner of a block does, or two.
     """
-    if slope is not None and float(np.hypot(*slope[0])) + 3.0 * slope[1] < LEAST_SLOPE:
-        return NONE
     there = touching & valid
     contact, radius = np.median(points[there].astype(np.float64), axis=0), radius_of(points, there)
+    around = Around(radius, Estimate(float(contact[2]), top.sd), slope, flat)
+    if around.is_level:
+        return NONE
     cells = _cells(points, valid, contact[:2], BESIDE * radius + PAST)
-    if len(cells) < LEAST_CELLS:
-        return NONE
-    cells -= [contact[0], contact[1], 0.0]
-    aside = _aside(cells, radius)
-    askew = float(np.hypot(*aside)) * radius
     by_chance = BY_CHANCE * math.sqrt(noise.of_mean(int(np.count_nonzero(there))))
-    if askew < max(by_chance, (1.0 if flat else NOT_FLAT) * ASKEW):
-        return NONE
-    face = _fitted(cells, radius, aside)
-    if (
-        face is None
-        or not _holds(face, radius, float(contact[2]), top.sd, slope, flat=flat)
-        or abs(top.value - face.height) > MOST_APART * askew
-    ):
-        return Lean(None, UNSEEN * (askew - ASKEW) if flat else 0.0)
+    face, askew = face_around(cells - [contact[0], contact[1], 0.0], around, by_chance)
+    if face is None:
+        return Lean(None, UNSEEN * askew if flat else 0.0)
     sd = math.hypot(top.sd, OFF * (top.value - face.height), EXTENT * face.slope * math.sqrt(face.area))
     return Lean(Estimate(face.height, sd), 0.0)
 
 
-def _holds(
-    face: _Face, radius: float, height: float, sd: float, slope: tuple[Array, float] | None, *, flat: bool
-) -> bool:
-    """Whether a face leans clearly, as a top does, and a contact around 0 with a radius, a height and its standard deviation, m, is part of it."""
-    narrow, wide = sorted(face.half)
-    return bool(
-        LEAST_SLOPE < face.slope < STEEPEST
-        and narrow > 1.5 * NARROWEST
-        and wide < 0.9 * WIDEST
-        and face.area > (LEAST_AREA if flat else ROUND) * radius**2
-        and abs(height - face.at(np.zeros(2))) < 3.0 * sd + BESIDE_PLANE
-        and (not flat or slope is None or _agree(face, *slope))
-    )
+def face_around(cells: Array, contact: Around, by_chance: float = 0.0) -> tuple[Face | None, float]:
+    """Return the face that leans under a contact around 0, by heights (n, 3), m, around it.
 
-
-def _agree(face: _Face, slopes: Array, sd: float) -> bool:
-    """Whether a face leans as the contact does, whose slopes (2,) are known with a standard deviation."""
-    return bool(np.hypot(*(face.slopes - slopes)) < LIKELY * sd + UNEVEN)
+    With None comes how far the slope of the ring times the radius is past that of faces that do not lean, m, and past chance, m.
+    """
+    if len(cells) < LEAST_CELLS or contact.is_level:
+        return None, 0.0
+    aside = _aside(cells, contact.radius)
+    askew = float(np.hypot(*aside)) * contact.radius
+    if askew < max(by_chance, (1.0 if contact.flat else NOT_FLAT) * ASKEW):
+        return None, 0.0
+    face = _fitted(cells, contact.radius, aside)
+    if face is None or not contact.is_of(face) or abs(contact.height.value - face.height) > MOST_APART * askew:
+        return None, askew - ASKEW
+    return face, 0.0
 
 
 def _aside(cells: Array, radius: float) -> Array:
@@ -154,7 +180,7 @@ def _aside(cells: Array, radius: float) -> Array:
     return np.asarray(np.linalg.lstsq(a, ring[:, 2], rcond=None)[0][1:])
 
 
-def _fitted(cells: Array, radius: float, aside: Array) -> _Face | None:
+def _fitted(cells: Array, radius: float, aside: Array) -> Face | None:
     """Return the face fitted to heights (n, 3), m, around a contact with a radius, m, looked for to one side (2,); None where no fit is found."""
     cells, aside = np.ascontiguousarray(cells.T), aside / float(np.hypot(*aside))
     widths = [math.log(min(max(wide * radius, NARROWEST), WIDEST)) for _, wide, _ in STARTS]
@@ -167,7 +193,7 @@ def _fitted(cells: Array, radius: float, aside: Array) -> _Face | None:
         fit = min((fit.run(ROUNDS) for fit in begun[:BEST]), key=lambda fit: fit.left)
     except np.linalg.LinAlgError:
         return None
-    found = _Face(float(fit.c[0]), fit.c[1:3], fit.q[:2], (math.exp(fit.q[2]), math.exp(fit.q[3])))
+    found = Face(float(fit.c[0]), fit.c[1:3], fit.q[:2], (math.exp(fit.q[2]), math.exp(fit.q[3])), float(fit.q[4]))
     return found if math.isfinite(fit.left) else None
 
 

@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.arguments import check_kind
-from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.errors import IllConditioned, InvalidInput, NoAnswer, shown
 from stretch_bt.perception.size.cells import Cells, cells_of
-from stretch_bt.perception.size.choose import choose
+from stretch_bt.perception.size.choose import Choice, choose
 from stretch_bt.perception.size.face import check_flat, maybe_wider
 from stretch_bt.perception.size.fit import Fit
 from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
+from stretch_bt.perception.size.leaning import FaceBeside, face_beside
 from stretch_bt.perception.size.misfit import Misfit, misfit_of
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
 from stretch_bt.perception.size.result import ContactSize, Diameters
@@ -29,6 +30,7 @@ FILLET, FILLET_SD = 1e-3, 0.58e-3  # m, of the object's edge, where the caller k
 LEANING, LEAST_CELLS = 3e-3, 6  # m, error of a face's middle for each unit of its slope; fewest cells that show a slope
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
+MOST_OFF = 0.5  # of a width: how far off it may be where a contact may be the high side of a face
 HIGH = 0.93  # share of the depth from which a place may be another contact
 #: chi2 of an outline's clearest harmonic from which it is another outline, and the scale of chi2 over which that becomes likely; 68 frames
 #: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
@@ -110,14 +112,18 @@ def measure_contact(
     context = Context(stretch, fillet, fillet_sd, prior or shipped_prior())
     names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
     found = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
+    beside = face_beside(cells)
+    found = _of_face(found, beside, names, cells, context, (noise or 0.0) / 3.0)
     shape, fit = found.shape, found.fit
     size = shape.measure(fit.q, fit.covariance)
+    off_i, off_j, off_depth = beside.off(size.diameter_i[0], size.diameter_j[0], size.depth[0])
     check_whole(shape, fit, cells, size.depth[0])
     if seen_share(shape, fit.q, cells, size) < SEEN:
         raise IllConditioned(
             "too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane;"
             " move the hand over the middle of the object"
         )
+    off = max(off_i, off_j)
     (x, x_sd), (y, y_sd) = size.center
     leaning = _leaning(cells)
     measured = [(_measured(s, f), p) for s, f, p in found.rivals]
@@ -127,6 +133,11 @@ def measure_contact(
         unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
     if hypothesis == "auto":
         unlike = math.hypot(unlike, maybe_wider(shape, fit, cells, size.diameter_i[0]))
+    if off_i > MOST_OFF * size.diameter_i[0] or off_j > MOST_OFF * size.diameter_j[0]:
+        raise IllConditioned(
+            "the pixels labelled as in contact seem to be the high side of a face that leans, of which the size is not seen; press deeper,"
+            " average more frames, or turn the hand to the face"
+        )
     if found.held_back is not None:
         free = _measured(*found.held_back)
         unlike = unlike if free is None else math.hypot(unlike, _at_odds(size, free))
@@ -136,16 +147,37 @@ def measure_contact(
         (x, y),
         (math.hypot(x_sd, leaning), math.hypot(y_sd, leaning)),
         size.diameter_i[0],
-        math.hypot(unlike, _with_rivals(size.diameter_i, [(other.diameter_i, p) for other, p in rivals])),
+        math.hypot(unlike, off_i, _with_rivals(size.diameter_i, [(other.diameter_i, p) for other, p in rivals])),
         size.diameter_j[0],
-        math.hypot(unlike, _with_rivals(size.diameter_j, [(other.diameter_j, p) for other, p in rivals])),
-        *size.depth,
+        math.hypot(unlike, off_j, _with_rivals(size.diameter_j, [(other.diameter_j, p) for other, p in rivals])),
+        size.depth[0],
+        math.hypot(size.depth[1], off_depth),
         fit.noise,
         size.sides and (size.sides[0][0], size.sides[1][0]),
-        size.sides and (math.hypot(unlike, size.sides[0][1]), math.hypot(unlike, size.sides[1][1])),
+        size.sides and (math.hypot(unlike, off, size.sides[0][1]), math.hypot(unlike, off, size.sides[1][1])),
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def _of_face(
+    found: Choice, beside: FaceBeside, names: Sequence[str], cells: Cells, context: Context, noise: float
+) -> Choice:
+    """Return the shapes fitted from the face that the membrane around a contact shows, where they are more like it than those found."""
+    start = beside.start()
+    if start is None:
+        return found
+    try:
+        other = choose(names, cells, start, context, noise=noise)
+        return min((found, other), key=lambda choice: _away(choice, beside))
+    except NoAnswer:
+        return found
+
+
+def _away(choice: Choice, beside: FaceBeside) -> float:
+    """Return how far the widths of a choice are from the face's, m."""
+    size = choice.shape.measure(choice.fit.q, choice.fit.covariance)
+    return math.hypot(*beside.off(size.diameter_i[0], size.diameter_j[0], size.depth[0])[:2])
 
 
 def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
