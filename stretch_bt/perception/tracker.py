@@ -38,7 +38,8 @@ class HeightTracker:
 
     The shape at rest is the mean of the first `reference` frames, so it need not be flat; heights before it is complete
     count from the frames so far. `kernel`, pixels, is the Gaussian that finds the place of the press; the height
-    itself is measured on the unsmoothed image around that place.
+    itself is measured on the unsmoothed image around that place. A light press by a small body, that touches less than half a kernel
+    across, is a cusp that noise rounds off: its height is too low, by more than is stated. A narrower kernel reads it better.
     """
 
     def __init__(self, *, reference: int = 5, kernel: float = 10.0) -> None:
