@@ -82,6 +82,8 @@ class WireThread(Latched, Generic[W, S]):
         Called in the thread with the wire and each new sample.
     at_loss
         Called in the thread once after a loss, with the wire connected anew where that is possible: to stop what moves.
+    hint
+        What a person can do about a device that takes longer than the deadline, for messages.
     """
 
     def __init__(
@@ -94,11 +96,13 @@ class WireThread(Latched, Generic[W, S]):
         now: Callable[[], float],
         after_poll: Callable[[W, Sample[S]], None] | None = None,
         at_loss: Callable[[W], None] | None = None,
+        hint: str = "",
     ) -> None:
         super().__init__(name)
         self._wire = wire
         self._period, self._deadline, self._now = period, deadline, now
         self._after_poll, self._at_loss = after_poll, at_loss
+        self._hint = f"; {hint}" if hint else ""
         self._jobs: Queue[_Job | None] = Queue()
         self._ending = threading.Event()
         self._started = threading.Event()
@@ -113,7 +117,7 @@ class WireThread(Latched, Generic[W, S]):
         try:
             if not self._started.wait(self._deadline):
                 hangs = f": it {at}" if (at := self._hangs()) else ""
-                self._failed = WireError(f"no answer within {self._deadline:.3g} s{hangs}")
+                self._failed = WireError(f"no answer within {self._deadline:.3g} s{hangs}{self._hint}")
         except BaseException:  # such as Ctrl-C: nobody will end it later
             self._ending.set()
             self._jobs.put(None)
@@ -150,7 +154,7 @@ class WireThread(Latched, Generic[W, S]):
         self.check_connected()
         silent = time.monotonic() - self._heard
         if silent > self._deadline:
-            self._latch(f"no answer for {silent:.2g} s")
+            self._latch(f"no answer for {silent:.2g} s{self._hint}")
             self.check_connected()
         assert self._sample is not None
         return self._sample
@@ -184,7 +188,7 @@ class WireThread(Latched, Generic[W, S]):
             self._latch(str(error))
         except TimeoutError:
             future.cancel()
-            self._latch(f"a command was not answered within {self._deadline:.3g} s")
+            self._latch(f"a command was not answered within {self._deadline:.3g} s{self._hint}")
         except BaseException:
             future.cancel()
             raise

@@ -267,6 +267,21 @@ def test_slow_answers_within_the_time_of_an_exchange_are_no_fault(make_cell, adv
     assert advance(cell.devices["gripper"].move(0.06, speed=0.1, owner="a")) is MotionState.DONE
 
 
+def test_a_command_waits_for_all_its_exchanges_where_each_is_slow_and_in_time(make_cell, advance):
+    """A status by the URCap takes seven: one is under way, and the motion asks for another."""
+    cell = make_cell("urcap", timeout="100 ms")
+    cell.stand_in.inject("slow", {"delay": 0.08, "times": 20})
+    time.sleep(0.1)  # a poll is under way
+    assert advance(cell.devices["gripper"].move(0.06, speed=0.1, owner="a")) is MotionState.DONE
+
+
+def test_a_gripper_that_takes_longer_than_its_time_is_told_with_what_to_raise(make_cell):
+    gripper = make_cell("robotiq-rtu").devices["gripper"]
+    gripper.driver._attendant._deadline = 0.0
+    with pytest.raises(DeviceLost, match=r"check its line, and raise `timeout` if it is slow\); start a new run"):
+        gripper.driver.status()
+
+
 @pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
 def test_nothing_moves_on_open_and_an_inactive_gripper_says_how_to_activate_it(make_cell, clock, advance, kind):
     cell = make_cell(kind)

@@ -31,6 +31,8 @@ class ModbusWire:
     what may still come, and the exchange is tried once more on a new one. A connection that the other side closed is lost.
     """
 
+    exchanges = 1
+
     def __init__(self, make: Callable[[], Client], unit: int, read_function: int = 4) -> None:
         self._make = make
         self._unit = unit
