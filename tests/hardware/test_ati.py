@@ -197,6 +197,16 @@ def test_times_do_not_fall_where_records_are_found_late(sensor, clock, monkeypat
     assert all(one < other for one, other in itertools.pairwise(times))
 
 
+def test_a_cycle_number_that_jumps_ahead_makes_no_reading_old(sensor, clock):
+    device, stand_in = sensor
+    clock.runs = True
+    until(lambda: device.wrench(1e6).sequence > 200)
+    stand_in._cycle += 1_000_000
+    before = device.wrench(1e6).sequence
+    until(lambda: device.wrench(1e6).sequence > before + 75)
+    assert clock.time - device.driver.wrench().host_time < 0.3, "0.6 s passed since the jump"
+
+
 def test_without_noise_values_may_stand_where_the_cell_file_says_so(make_cell):
     cell = make_cell("ati", noisy=False)
     device = cell.devices["force_sensor"]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.ati.delay import Delay
+from stretch_bt.hardware.ati.pace import Pace
 from stretch_bt.hardware.ati.rdt import Ask, Record, request, status_text
 from stretch_bt.hardware.ati.screen import Screen
 from stretch_bt.hardware.ati.stream import Counters, Stream
@@ -67,7 +68,8 @@ class Receiver:
     ) -> None:
         self._address, self._silence, self._lost_after = address, silence, lost_after
         self._keep, self._now = keep, now
-        self._stream, self._delay, self._screen = Stream(), Delay(), screen
+        self._stream, self._screen = Stream(), screen
+        self._delay, self._pace = Delay(), Pace()
         self._kept: deque[Measurement] = deque(maxlen=_KEPT)
         self._number = 0
         self._lock = threading.Lock()
@@ -140,7 +142,7 @@ class Receiver:
             data = self._socket.recv(_LONGEST)
             try:
                 record = Record.decode(data)
-            except InvalidInput:
+            except InvalidInput as error:
                 self._stream.counters.malformed += 1
                 continue
             self.heard, self.broken = time.monotonic(), None
@@ -149,13 +151,15 @@ class Receiver:
             if self._stream.began_anew:
                 self._note("the numbers of its records went back: the sensor was restarted")
                 self._stream.go_on()
-                self._delay = Delay()
+                self._delay, self._pace = Delay(), Pace()
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()
         late = self._delay.take(record.cycle, time.clock_gettime(_STEADY))
         if not record.status and not self._believed(record, now):
             return
+        if self._pace.broke(record):  # times of arrival before it say nothing of those after it
+            self._delay = Delay()
         gone = now - self.new
         if self._kept and gone > self._lost_after:
             self._note(f"it was silent for {gone:.2g} s, and sends again")
