@@ -76,8 +76,10 @@ class Receiver:
         self._first = threading.Event()
         self._ending = threading.Event()
         self._event: str | None = None
-        #: host's monotonic times of the last record and of the last new measurement, s
-        self.heard = self.new = 0.0
+        #: host's monotonic times of the last record, of the last new measurement and of the last packet that is no record, s
+        self.heard = self.new = self.malformed = 0.0
+        #: what is wrong with that packet
+        self.wrong = ""
         self.broken: str | None = None
         self._socket: socket.socket | None = None
         self._thread = threading.Thread(target=self._run, name="RDT receiver", daemon=True)
@@ -144,6 +146,7 @@ class Receiver:
                 record = Record.decode(data)
             except InvalidInput as error:
                 self._stream.counters.malformed += 1
+                self.malformed, self.wrong = time.monotonic(), str(error)
                 continue
             self.heard, self.broken = time.monotonic(), None
             if self._stream.take(record):
@@ -155,11 +158,11 @@ class Receiver:
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()
+        if self._pace.broke(record):  # times of arrival before it say nothing of those after it
+            self._delay = Delay()
         late = self._delay.take(record.cycle, time.clock_gettime(_STEADY))
         if not record.status and not self._believed(record, now):
             return
-        if self._pace.broke(record):  # times of arrival before it say nothing of those after it
-            self._delay = Delay()
         gone = now - self.new
         if self._kept and gone > self._lost_after:
             self._note(f"it was silent for {gone:.2g} s, and sends again")
