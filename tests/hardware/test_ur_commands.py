@@ -1,0 +1,51 @@
+"""What the script of the client makes of commands that no arm can follow, cycle by cycle, without a client."""
+
+import pytest
+
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
+from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn
+
+MOVE_J, MOVE_L, SPEED_J, SPEED_L, PATH = 1, 3, 9, 10, 45
+LINE = "def rtde_control():\n# float register offset\n0\n# int register offset\n0\nmovel(p[0,0,0.3,0,3,0],a=0,v=1,r=0)"
+ONE = [0.1] * 6
+
+
+@pytest.fixture
+def commanded():
+    """Return the controller after a command with its doubles, and some cycles."""
+
+    def run(command, doubles, cycles=100, path=()):
+        controller = Ur5eStandIn("127.0.0.1", Stage()).controller
+        controller.load(ControlScript(controller, 0, list(path)).run(), 0.0)
+        for _ in range(30):
+            controller.cycle()
+        controller.begun = controller.arm.q.copy()
+        controller.take({f"input_double_register_{k}": float(value) for k, value in enumerate(doubles)})
+        controller.take({"input_int_register_0": command})
+        for _ in range(cycles):
+            controller.cycle()
+        return controller
+
+    return run
+
+
+@pytest.mark.parametrize("none", [0.0, -1.0])
+@pytest.mark.parametrize(
+    ("command", "doubles", "which"),
+    [(MOVE_J, ONE, 0), (MOVE_J, ONE, 1), (MOVE_L, ONE, 0), (MOVE_L, ONE, 1), (SPEED_J, ONE, 0), (SPEED_L, ONE, 0)],
+)
+def test_a_move_without_speed_or_acceleration_ends_the_program(commanded, command, doubles, which, none):
+    pace = [0.5, 0.5]
+    pace[which] = none
+    controller = commanded(command, [*doubles, *pace])
+    assert not controller.running
+    assert (controller.arm.q == controller.begun).all()
+    assert "must be more than 0" in str(controller.events)
+
+
+def test_a_path_without_acceleration_ends_the_program(commanded):
+    _, path = parse_script(LINE)
+    controller = commanded(PATH, ONE, path=path)
+    assert not controller.running
+    assert "must be more than 0" in str(controller.events)
