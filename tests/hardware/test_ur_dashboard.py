@@ -49,6 +49,32 @@ def test_a_controller_at_rest_answers(dashboard, asked):
     assert answer(asked) == AT_REST[asked]
 
 
+@pytest.mark.parametrize("lasting", ["emergency_stop", "safeguard_stop", "violation"])
+@pytest.mark.parametrize("first", [True, False], ids=["before", "after"])
+def test_a_stop_outlasts_a_protective_stop_that_is_unlocked_beside_it(dashboard, lasting, first):
+    answer, controller = dashboard
+    for state in (lasting, "protective_stop") if first else ("protective_stop", lasting):
+        controller.stop_safely(state, "a test", 0.0)
+    told = controller.safety
+    assert told.bits & 1 << 2, "the bit of the protective stop"
+    assert not told.bits & 1, "the bit of normal operation"
+    for asked in ("unlock protective stop", "power on", "brake release"):
+        answer(asked)
+    assert controller.safety.name == told.name
+    assert lasting.upper() in told.name
+    assert answer("robotmode").endswith("POWER_OFF") is (lasting == "emergency_stop")
+    controller.release_stop(lasting)
+    assert controller.safety.name == "NORMAL"
+
+
+def test_a_protective_stop_is_there_when_the_safeguard_is_closed(dashboard):
+    answer, controller = dashboard
+    controller.stop_safely("protective_stop", "a test", 0.0)
+    controller.stop_safely("safeguard_stop", "a test", 0.0)
+    controller.release_stop("safeguard_stop")
+    assert answer("safetymode") == "Safetymode: PROTECTIVE_STOP"
+
+
 #: by command, whether a CB3 has it, and whether an e-series has
 ONLY = {
     "version": (False, True),
