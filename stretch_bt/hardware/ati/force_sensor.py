@@ -131,7 +131,9 @@ class AtiForceSensor(ForceSensorDriver):
         if receiver.heard >= since:
             return ": it sends, but measures nothing new; switch it off and on"
         if receiver.malformed >= since:
-            return f": it sends, but no records ({receiver.wrong}); check that this is the sensor, and how its RDT is set"
+            return (
+                f": it sends, but no records ({receiver.wrong}); check that this is the sensor, and how its RDT is set"
+            )
         why = f" ({receiver.broken})" if receiver.broken else ""
         return f": nothing came{why}; {nobody}"
 

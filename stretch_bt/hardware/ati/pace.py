@@ -28,7 +28,9 @@ class Pace:
     def broke(self, record: Record) -> bool:
         """Note a new measurement, and return whether its cycle is not that of its number; then the pace is taken anew."""
         before, self._before = self._before, record
-        if before is None or (records := ahead(record.number, before.number)) <= 0:  # another stream, after a new request
+        if (
+            before is None or (records := ahead(record.number, before.number)) <= 0
+        ):  # another stream, after a new request
             return False
         self._records += records
         self._cycles += ahead(record.cycle, before.cycle)

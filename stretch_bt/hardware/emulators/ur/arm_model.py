@@ -1,7 +1,8 @@
 """The arm behind the controller: nominal kinematics, finite speeds and accelerations.
 
 Assumed, because no page says it: a servo target is followed with a lag of `lookahead_time`; corners of a path are passed at full speed;
-the arm stops a program's motion at 2 rad/s² or 1 m/s². Not modelled: dynamics, collisions with itself, blend radii.
+the arm stops a program's motion at 2 rad/s² or 1 m/s²; a line that asks a joint for more than 180 degrees a second ends in a protective
+stop. Not modelled: dynamics, collisions with itself, blend radii.
 """
 
 from __future__ import annotations
@@ -55,11 +56,14 @@ class ArmModel:
         self._known: tuple[bytes, tuple[float, ...], tuple[float, ...]] | None = None
 
     def step(self, dt: float, fraction: float = 1.0) -> None:
-        """Go on for a time, s, at a part of the speed."""
+        """Go on for a time, s, at a part of the speed; raises IllConditioned, and stays, where a joint would pass its limit."""
         before = self.q.copy()
-        if self.move is not None and self.move.step(self, dt * fraction):
-            self.move = None
-        self.qd = (self.q - before) / dt
+        over = self.move is not None and self.move.step(self, dt * fraction)
+        speeds = (self.q - before) / dt
+        if not np.abs(speeds).max() < _FASTEST * 1.001:
+            self.q = before
+            raise IllConditioned("a joint would be faster than it can")
+        self.qd, self.move = speeds, None if over else self.move
 
     def put(self, q: Sequence[float]) -> None:
         """Stand at other joint angles, rad."""

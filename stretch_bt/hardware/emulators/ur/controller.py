@@ -177,7 +177,9 @@ class Controller:
         try:
             self.arm.step(period, self._pace())
         except (IllConditioned, np.linalg.LinAlgError):
-            self.stop_safely("protective_stop", "the arm cannot go on: out of reach, or stretched out")
+            self.stop_safely(
+                "protective_stop", "the arm cannot go on: out of reach, stretched out, or a joint too fast"
+            )
 
     def _pace(self) -> float:
         """Return at which part of its speed the arm moves; a stop does not wait for the slider."""
