@@ -16,11 +16,15 @@ from stretch_bt.errors import DeviceFault, DeviceLost, writable
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import Latched
 
-__all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread"]
+__all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread", "WrongAnswer"]
 
 
 class WireError(OSError):
     """An exchange failed: no answer, a broken one, or one to another question."""
+
+
+class WrongAnswer(WireError):
+    """The device answered, and not as it should by what is set for it; the message says what to check."""
 
 
 class WireClosed(WireError):
@@ -126,7 +130,8 @@ class WireThread(Latched, Generic[W, S]):
             with suppress(DeviceFault):  # that it hangs is said already
                 self.end()
             if isinstance(self._failed, OSError):
-                raise DeviceLost(self.name, f"it does not answer ({self._failed})") from self._failed
+                what = "answers" if isinstance(self._failed, WrongAnswer) else "does not answer"
+                raise DeviceLost(self.name, f"it {what} ({self._failed})") from self._failed
             raise self._failed
 
     def end(self) -> None:
@@ -262,9 +267,10 @@ class WireThread(Latched, Generic[W, S]):
 
     def _lose(self, error: Exception) -> None:
         """Write down a loss."""
-        reason = str(_as_wire_error(error))
+        failed = _as_wire_error(error)
+        reason = str(failed)
         if not self._started.is_set():
-            self._failed = error if isinstance(error, ImportError) else WireError(reason)
+            self._failed = error if isinstance(error, ImportError) else failed
             self._started.set()
         self._latch(reason)
 

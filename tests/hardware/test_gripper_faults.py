@@ -7,7 +7,7 @@ import pytest
 from waiting import LIMIT, eventually
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, MissingExtra, NotReady
-from stretch_bt.hardware.emulators import urcap
+from stretch_bt.hardware.emulators import robotiq, urcap
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.line import LINE_FAULTS
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
@@ -391,6 +391,15 @@ def test_fingers_that_leave_the_limits_are_stopped(make_cell, clock, kind):
     back = gripper.move(0.12, speed=0.15, owner="a")
     clock.time += 0.02
     assert back.poll() is MotionState.MOVING
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_a_status_of_another_length_is_an_answer(make_cell, monkeypatch, count):
+    monkeypatch.setattr(robotiq, "_part", lambda registers, at, asked: (registers * 2)[:count])
+    with pytest.raises(
+        DeviceLost, match=rf"it answers \(its status is {count} registers.*check `read_function` and `unit`"
+    ):
+        make_cell("robotiq-rtu")
 
 
 def test_a_client_that_is_not_installed_is_named(make_cell, live_cell, clock, monkeypatch):
