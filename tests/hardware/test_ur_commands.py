@@ -68,6 +68,18 @@ def test_a_joint_that_would_pass_its_limit_makes_a_protective_stop(commanded, co
     assert controller.running is not too_fast
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_register_that_is_no_number_ends_the_program_and_does_not_repeat_the_command_before(commanded, value):
+    controller = commanded(SPEED_L, [0, 0, 0.1, 0, 0, 0, 1.0])
+    assert controller.running
+    controller.take({f"input_double_register_{k}": value for k in range(6)})
+    for _ in range(100):
+        controller.cycle()
+    assert not controller.running
+    assert controller.arm.steady
+    assert f"input_double_register_0 is {value}" in str(controller.events)
+
+
 def test_a_path_without_acceleration_ends_the_program(commanded):
     _, path = parse_script(LINE)
     controller = commanded(PATH, ONE, path=path)

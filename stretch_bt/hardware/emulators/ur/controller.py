@@ -5,6 +5,7 @@ Its clock counts cycles, so that it goes slower where the machine is too busy to
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
@@ -295,6 +296,8 @@ class Controller:
         """Take the inputs of one package, by name."""
         for name, value in inputs.items():
             self.registers.take(name, value, self.time)
+            if name.startswith("input_double_register_") and not math.isfinite(value):
+                self.stop_program(f"{name} is {value}: no arm goes by that")
         for place, name in enumerate(_OUTPUTS):
             mask = inputs.get(f"{name}_mask", 0) << 8 * place
             self.digital_outputs = self.digital_outputs & ~mask | inputs.get(name, 0) << 8 * place & mask
