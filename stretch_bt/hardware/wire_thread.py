@@ -16,11 +16,15 @@ from stretch_bt.errors import DeviceFault, DeviceLost, writable
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import Latched
 
-__all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread"]
+__all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread", "WrongAnswer"]
 
 
 class WireError(OSError):
     """An exchange failed: no answer, a broken one, or one to another question."""
+
+
+class WrongAnswer(WireError):
+    """The device answered, and not as it should by what is set for it; the message says what to check."""
 
 
 class WireClosed(WireError):
@@ -82,6 +86,8 @@ class WireThread(Latched, Generic[W, S]):
         Called in the thread with the wire and each new sample.
     at_loss
         Called in the thread once after a loss, with the wire connected anew where that is possible: to stop what moves.
+    hint
+        What a person can do about a device that takes longer than the deadline, for messages.
     """
 
     def __init__(
@@ -94,11 +100,13 @@ class WireThread(Latched, Generic[W, S]):
         now: Callable[[], float],
         after_poll: Callable[[W, Sample[S]], None] | None = None,
         at_loss: Callable[[W], None] | None = None,
+        hint: str = "",
     ) -> None:
         super().__init__(name)
         self._wire = wire
         self._period, self._deadline, self._now = period, deadline, now
         self._after_poll, self._at_loss = after_poll, at_loss
+        self._hint = f"; {hint}" if hint else ""
         self._jobs: Queue[_Job | None] = Queue()
         self._ending = threading.Event()
         self._started = threading.Event()
@@ -113,7 +121,7 @@ class WireThread(Latched, Generic[W, S]):
         try:
             if not self._started.wait(self._deadline):
                 hangs = f": it {at}" if (at := self._hangs()) else ""
-                self._failed = WireError(f"no answer within {self._deadline:.3g} s{hangs}")
+                self._failed = WireError(f"no answer within {self._deadline:.3g} s{hangs}{self._hint}")
         except BaseException:  # such as Ctrl-C: nobody will end it later
             self._ending.set()
             self._jobs.put(None)
@@ -122,7 +130,8 @@ class WireThread(Latched, Generic[W, S]):
             with suppress(DeviceFault):  # that it hangs is said already
                 self.end()
             if isinstance(self._failed, OSError):
-                raise DeviceLost(self.name, f"it does not answer ({self._failed})") from self._failed
+                what = "answers" if isinstance(self._failed, WrongAnswer) else "does not answer"
+                raise DeviceLost(self.name, f"it {what} ({self._failed})") from self._failed
             raise self._failed
 
     def end(self) -> None:
@@ -150,7 +159,7 @@ class WireThread(Latched, Generic[W, S]):
         self.check_connected()
         silent = time.monotonic() - self._heard
         if silent > self._deadline:
-            self._latch(f"no answer for {silent:.2g} s")
+            self._latch(f"no answer for {silent:.2g} s{self._hint}")
             self.check_connected()
         assert self._sample is not None
         return self._sample
@@ -184,7 +193,7 @@ class WireThread(Latched, Generic[W, S]):
             self._latch(str(error))
         except TimeoutError:
             future.cancel()
-            self._latch(f"a command was not answered within {self._deadline:.3g} s")
+            self._latch(f"a command was not answered within {self._deadline:.3g} s{self._hint}")
         except BaseException:
             future.cancel()
             raise
@@ -258,9 +267,10 @@ class WireThread(Latched, Generic[W, S]):
 
     def _lose(self, error: Exception) -> None:
         """Write down a loss."""
-        reason = str(_as_wire_error(error))
+        failed = _as_wire_error(error)
+        reason = str(failed)
         if not self._started.is_set():
-            self._failed = error if isinstance(error, ImportError) else WireError(reason)
+            self._failed = error if isinstance(error, ImportError) else failed
             self._started.set()
         self._latch(reason)
 

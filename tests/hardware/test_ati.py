@@ -18,13 +18,19 @@ LIMIT = 20.0
 
 # (fault, parameters, kind of the fault, what it says)
 ENDS = [
-    ("silence", {}, DeviceLost, "nothing came for"),
+    ("silence", {}, DeviceLost, "no measurement for .*: nothing came; check its supply"),
     ("freeze", {}, DeviceLost, "measures nothing new"),
-    ("short", {}, DeviceLost, "nothing came for"),
+    ("short", {}, DeviceLost, "sends, but no records .*36 bytes, not 18.*check that this is the sensor"),
     ("status", {}, DeviceFault, r"status 80000002: supply voltage out of range \(bit 1\)"),
     ("status", {"code": 1 << 31}, DeviceFault, r"status 80000000: error \(bit 31\)"),
     ("status", {"code": 1 << 30 | 1 << 31, "times": 1}, DeviceFault, r"force or torque out of range \(bit 30\)"),
-    ("status", {"code": 1 << 17 | 1 << 31}, DeviceFault, r"not in the manual \(bit 17\)"),
+    ("status", {"code": 1 << 17 | 1 << 31}, DeviceFault, r"not in the manual of the Axia \(bit 17\)"),
+    (
+        "status",
+        {"code": 1 << 16 | 1 << 31},
+        DeviceFault,
+        r"of a Net F/T: a monitor condition that is latched \(bit 16\)",
+    ),
     ("restart", {}, DeviceFault, "the sensor was restarted"),
     ("noise", {}, DeviceFault, "status|restarted|jump"),
     ("frozen_force", {}, DeviceFault, "six values have been the same for"),
@@ -136,6 +142,18 @@ def test_a_sensor_that_is_gone_is_not_opened_again(sensor):
     assert device.state is DeviceState.DISCONNECTED
 
 
+@pytest.mark.parametrize(
+    ("fault", "said"), [("freeze", "measures nothing new; switch it off"), ("short", "no records .*36 bytes, not 18")]
+)
+def test_a_sensor_that_sends_and_does_not_measure_is_told_as_that_on_opening(sensor, fault, said):
+    device, stand_in = sensor
+    device.close()
+    stand_in.inject(fault)
+    stand_in._send_one(stand_in._socket.getsockname())  # the cycle at which it stands
+    with pytest.raises(DeviceLost, match=f"no measurement from .*: it sends, but {said}"):
+        device.open()
+
+
 def test_a_silence_between_two_readings_is_told_once(sensor):
     device, stand_in = sensor
     sent = stand_in.state()["sent"]
@@ -183,6 +201,16 @@ def test_a_reading_is_as_old_as_its_records_were_on_their_way(sensor, clock):
     until(lambda: 0.25 < clock.time - device.driver.wrench().host_time < 0.5)
     stand_in.clear()
     until(lambda: clock.time - device.driver.wrench().host_time < 0.1)
+
+
+def test_a_cycle_number_that_jumps_ahead_makes_no_reading_old(sensor, clock):
+    device, stand_in = sensor
+    clock.runs = True
+    until(lambda: device.wrench(1e6).sequence > 200)
+    stand_in._cycle += 1_000_000
+    before = device.wrench(1e6).sequence
+    until(lambda: device.wrench(1e6).sequence > before + 75)
+    assert clock.time - device.driver.wrench().host_time < 0.3, "0.6 s passed since the jump"
 
 
 def test_times_do_not_fall_where_records_are_found_late(sensor, clock, monkeypatch):

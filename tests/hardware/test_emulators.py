@@ -108,6 +108,10 @@ REFUSED = [
     ({"do": "inject", "device": "ati", "fault": "loss", "part": 1e999}, "finite number"),
     ({"do": "inject", "device": "ati", "fault": "slow", "rate": 0}, "rate of the fault 'slow' must be from 0.01 to"),
     ({"do": "inject", "device": "robotiq", "fault": "slow", "delay": -1}, "delay .* must be from 0 to 3600"),
+    (
+        {"do": "inject", "device": "robotiq", "fault": "code", "code": 99},
+        "code of the fault 'code' must be from 0 to 15",
+    ),
     ({"do": "inject", "device": "ati", "fault": "load", "fx": 1e300}, "fx .* must be from -1e"),
     ({"do": "inject", "device": "ati", "fault": "load", "fx": 10**400}, "finite number|too large|must be from"),
     ({"do": "inject", "device": "ati", "fault": "load", "times": 2}, "no parameter 'times'"),

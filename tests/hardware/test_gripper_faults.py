@@ -7,7 +7,7 @@ import pytest
 from waiting import LIMIT, eventually
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, MissingExtra, NotReady
-from stretch_bt.hardware.emulators import urcap
+from stretch_bt.hardware.emulators import robotiq, urcap
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.line import LINE_FAULTS
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
@@ -267,6 +267,21 @@ def test_slow_answers_within_the_time_of_an_exchange_are_no_fault(make_cell, adv
     assert advance(cell.devices["gripper"].move(0.06, speed=0.1, owner="a")) is MotionState.DONE
 
 
+def test_a_command_waits_for_all_its_exchanges_where_each_is_slow_and_in_time(make_cell, advance):
+    """A status by the URCap takes seven: one is under way, and the motion asks for another."""
+    cell = make_cell("urcap", timeout="100 ms")
+    cell.stand_in.inject("slow", {"delay": 0.08, "times": 20})
+    time.sleep(0.1)  # a poll is under way
+    assert advance(cell.devices["gripper"].move(0.06, speed=0.1, owner="a")) is MotionState.DONE
+
+
+def test_a_gripper_that_takes_longer_than_its_time_is_told_with_what_to_raise(make_cell):
+    gripper = make_cell("robotiq-rtu").devices["gripper"]
+    gripper.driver._attendant._deadline = 0.0
+    with pytest.raises(DeviceLost, match=r"check its line, and raise `timeout` if it is slow\); start a new run"):
+        gripper.driver.status()
+
+
 @pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
 def test_nothing_moves_on_open_and_an_inactive_gripper_says_how_to_activate_it(make_cell, clock, advance, kind):
     cell = make_cell(kind)
@@ -376,6 +391,15 @@ def test_fingers_that_leave_the_limits_are_stopped(make_cell, clock, kind):
     back = gripper.move(0.12, speed=0.15, owner="a")
     clock.time += 0.02
     assert back.poll() is MotionState.MOVING
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_a_status_of_another_length_is_an_answer(make_cell, monkeypatch, count):
+    monkeypatch.setattr(robotiq, "_part", lambda registers, at, asked: (registers * 2)[:count])
+    with pytest.raises(
+        DeviceLost, match=rf"it answers \(its status is {count} registers.*check `read_function` and `unit`"
+    ):
+        make_cell("robotiq-rtu")
 
 
 def test_a_client_that_is_not_installed_is_named(make_cell, live_cell, clock, monkeypatch):

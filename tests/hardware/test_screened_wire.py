@@ -17,6 +17,8 @@ PERIOD = 1 / 30
 class Answers:
     """A gripper that answers with given positions, and counts how often it was asked."""
 
+    exchanges = 1
+
     def __init__(self, positions):
         self.positions, self.asked = iter(positions), 0
 

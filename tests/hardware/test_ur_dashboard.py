@@ -13,6 +13,7 @@ def dashboard(request):
     """The dashboard of a controller that nobody cycles, with its controller."""
     made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", Stage())
     found = Dashboard("127.0.0.1", 0, made.controller, made.faults)
+    made.controller.inject = made.faults.inject
     yield lambda line: found.answer(line.encode()), made.controller
     found.server.stop()
 
@@ -49,6 +50,32 @@ def test_a_controller_at_rest_answers(dashboard, asked):
     assert answer(asked) == AT_REST[asked]
 
 
+@pytest.mark.parametrize("lasting", ["emergency_stop", "safeguard_stop", "violation"])
+@pytest.mark.parametrize("first", [True, False], ids=["before", "after"])
+def test_a_stop_outlasts_a_protective_stop_that_is_unlocked_beside_it(dashboard, lasting, first):
+    answer, controller = dashboard
+    for state in (lasting, "protective_stop") if first else ("protective_stop", lasting):
+        controller.stop_safely(state, "a test", 0.0)
+    told = controller.safety
+    assert told.bits & 1 << 2, "the bit of the protective stop"
+    assert not told.bits & 1, "the bit of normal operation"
+    for asked in ("unlock protective stop", "power on", "brake release"):
+        answer(asked)
+    assert controller.safety.name == told.name
+    assert lasting.upper() in told.name
+    assert answer("robotmode").endswith("POWER_OFF") is (lasting == "emergency_stop")
+    controller.release_stop(lasting)
+    assert controller.safety.name == "NORMAL"
+
+
+def test_a_protective_stop_is_there_when_the_safeguard_is_closed(dashboard):
+    answer, controller = dashboard
+    controller.stop_safely("protective_stop", "a test", 0.0)
+    controller.stop_safely("safeguard_stop", "a test", 0.0)
+    controller.release_stop("safeguard_stop")
+    assert answer("safetymode") == "Safetymode: PROTECTIVE_STOP"
+
+
 #: by command, whether a CB3 has it, and whether an e-series has
 ONLY = {
     "version": (False, True),
@@ -67,6 +94,25 @@ ONLY = {
 def test_each_generation_has_its_own_commands(dashboard, asked):
     answer, controller = dashboard
     assert (not answer(asked).startswith("could not")) is ONLY[asked][controller.profile.e_series]
+
+
+ORDERS = [
+    *("load any.urp", "play", "stop", "pause", "shutdown", "power on", "power off", "brake release"),
+    *("unlock protective stop", "close safety popup", "load installation any", "restart safety"),
+    *("set operational mode manual", "clear operational mode", "POWER OFF"),
+]
+
+
+@pytest.mark.parametrize("dashboard", [Ur5StandIn, Ur5eStandIn], indirect=True)
+def test_out_of_remote_control_an_e_series_answers_and_obeys_nothing(dashboard):
+    answer, controller = dashboard
+    controller.inject("local")
+    controller.stop_safely("protective_stop", "a test", 0.0)
+    refused = [order for order in ORDERS if "switch robot to Remote Control" in answer(order)]
+    assert refused == (ORDERS if controller.profile.e_series else [])
+    assert (controller.safety.name == "PROTECTIVE_STOP", controller.powered) == (controller.profile.e_series,) * 2
+    assert answer("programState") == "STOPPED <unnamed>"
+    assert answer("popup look here") == "showing popup"
 
 
 def test_power_goes_off_and_on(dashboard):

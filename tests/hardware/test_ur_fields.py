@@ -127,3 +127,9 @@ def test_other_versions_of_the_protocol_are_refused(behind, asked):
     with RtdeClient(behind.host, 1) as client:
         assert client.ask("V", asked) == b"\x00"
         assert client.outputs(["timestamp"]) == ["DOUBLE"]
+
+
+@pytest.mark.parametrize("rate", [5e-324, 1e-310, 125.0])
+def test_any_rate_above_0_is_taken(behind, rate):
+    with RtdeClient(behind.host, 2) as client:
+        assert client.outputs(["timestamp"], rate) == ["DOUBLE"]

@@ -23,6 +23,7 @@ __all__ = ["AtiForceSensor"]
 
 _NONE = Wrench((0.0, 0.0, 0.0))
 _OPENING = 2.0
+_NOBODY = "check its supply, the cable, and that RDT is switched on"
 
 
 class AtiForceSensor(ForceSensorDriver):
@@ -60,12 +61,10 @@ class AtiForceSensor(ForceSensorDriver):
             raise
         if not heard:
             receiver.end()
-            why = f" ({receiver.broken})" if receiver.broken else ""
-            raise DeviceLost(
-                self.name,
-                f"no measurement from {o.host} port {o.port} within {_OPENING:.0f} s{why}; "
-                "check its supply, the cable, and that RDT is switched on",
-            )
+            event = receiver.event()
+            why = f": {event}; look at its manual" if event else self._why(receiver, _OPENING, _NOBODY)
+            what = f"no measurement from {o.host} port {o.port} within {_OPENING:.0f} s"
+            raise DeviceLost(self.name, f"{what}{why}")
         self._receiver = receiver
 
     def close(self) -> None:
@@ -119,17 +118,24 @@ class AtiForceSensor(ForceSensorDriver):
             )
         silent = time.monotonic() - receiver.new
         if silent > self.options.lost_after:
-            raise DeviceLost(self.name, self._why(receiver, silent))
+            why = self._why(receiver, self.options.lost_after, "check its supply and the cable")
+            raise DeviceLost(self.name, f"no measurement for {silent:.2g} s{why}, then start a new run")
         if newest.record.status:
             reason = f"the sensor reports status {newest.record.status:08X}: {status_text(newest.record.status)}"
             raise DeviceFault(self.name, f"{reason}; take its load off, look at its manual, then start a new run")
         return newest
 
-    def _why(self, receiver: Receiver, silent: float) -> str:
-        if time.monotonic() - receiver.heard <= self.options.lost_after:
-            return f"it sends, but measures nothing new for {silent:.2g} s; switch it off and on, then start a new run"
+    def _why(self, receiver: Receiver, within: float, nobody: str) -> str:
+        """Return why no measurement came within the last time, s, and what to do; `nobody`: what to do where nothing came."""
+        since = time.monotonic() - within
+        if receiver.heard >= since:
+            return ": it sends, but measures nothing new; switch it off and on"
+        if receiver.malformed >= since:
+            return (
+                f": it sends, but no records ({receiver.wrong}); check that this is the sensor, and how its RDT is set"
+            )
         why = f" ({receiver.broken})" if receiver.broken else ""
-        return f"nothing came for {silent:.2g} s{why}; check its supply and the cable, then start a new run"
+        return f": nothing came{why}; {nobody}"
 
     def _mean(self, measurements: Iterable[Measurement]) -> npt.NDArray[np.float64]:
         counts = np.array([m.record.counts for m in measurements], dtype=np.float64)

@@ -27,6 +27,9 @@ _BITS = {
     30: "force or torque out of range",
     31: "error",
 }
+_UNKNOWN = "not in the manual of the Axia"
+#: bits that only the manual of another sensor has, which speaks RDT too
+_ELSEWHERE = {16: f"{_UNKNOWN}; of a Net F/T: a monitor condition that is latched"}
 
 
 class Ask(IntEnum):
@@ -76,5 +79,6 @@ def parse_request(data: bytes) -> tuple[int, int] | None:
 
 def status_text(status: int) -> str:
     """Return what a status word says, bit by bit."""
+    names = {**_BITS, **_ELSEWHERE}
     bits = [bit for bit in range(31) if status >> bit & 1] or [31]
-    return ", ".join(f"{_BITS.get(bit, 'not in the manual')} (bit {bit})" for bit in bits)
+    return ", ".join(f"{names.get(bit, _UNKNOWN)} (bit {bit})" for bit in bits)

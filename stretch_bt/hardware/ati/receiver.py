@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.ati.delay import Delay
+from stretch_bt.hardware.ati.pace import Pace
 from stretch_bt.hardware.ati.rdt import Ask, Record, request, status_text
 from stretch_bt.hardware.ati.screen import Screen
 from stretch_bt.hardware.ati.stream import Counters, Stream
@@ -67,15 +68,18 @@ class Receiver:
     ) -> None:
         self._address, self._silence, self._lost_after = address, silence, lost_after
         self._keep, self._now = keep, now
-        self._stream, self._delay, self._screen = Stream(), Delay(), screen
+        self._stream, self._screen = Stream(), screen
+        self._delay, self._pace = Delay(), Pace()
         self._kept: deque[Measurement] = deque(maxlen=_KEPT)
         self._number = 0
         self._lock = threading.Lock()
         self._first = threading.Event()
         self._ending = threading.Event()
         self._event: str | None = None
-        #: host's monotonic times of the last record and of the last new measurement, s
-        self.heard = self.new = 0.0
+        #: host's monotonic times of the last record, of the last new measurement and of the last packet that is no record, s
+        self.heard = self.new = self.malformed = 0.0
+        #: what is wrong with that packet
+        self.wrong = ""
         self.broken: str | None = None
         self._socket: socket.socket | None = None
         self._thread = threading.Thread(target=self._run, name="RDT receiver", daemon=True)
@@ -140,8 +144,9 @@ class Receiver:
             data = self._socket.recv(_LONGEST)
             try:
                 record = Record.decode(data)
-            except InvalidInput:
+            except InvalidInput as error:
                 self._stream.counters.malformed += 1
+                self.malformed, self.wrong = time.monotonic(), str(error)
                 continue
             self.heard, self.broken = time.monotonic(), None
             if self._stream.take(record):
@@ -149,10 +154,12 @@ class Receiver:
             if self._stream.began_anew:
                 self._note("the numbers of its records went back: the sensor was restarted")
                 self._stream.go_on()
-                self._delay = Delay()
+                self._delay, self._pace = Delay(), Pace()
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()
+        if self._pace.broke(record):  # times of arrival before it say nothing of those after it
+            self._delay = Delay()
         late = self._delay.take(record.cycle, time.clock_gettime(_STEADY))
         if not record.status and not self._believed(record, now):
             return

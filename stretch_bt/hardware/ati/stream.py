@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stretch_bt.hardware.ati.rdt import Record
 
-__all__ = ["Counters", "Stream"]
+__all__ = ["Counters", "Stream", "ahead"]
 
 _MODULUS = 1 << 32
 _HALF = 1 << 31
@@ -56,10 +56,10 @@ class Stream:
         if last is None:
             self.newest = record
             return True
-        ahead, later = _ahead(record.number, last.number), _ahead(record.cycle, last.cycle)
-        if ahead <= 0 and later <= 0:
-            return self._overtaken() if ahead else self._repeated()
-        self.counters.lost += max(ahead - 1, 0)
+        on, later = ahead(record.number, last.number), ahead(record.cycle, last.cycle)
+        if on <= 0 and later <= 0:
+            return self._overtaken() if on else self._repeated()
+        self.counters.lost += max(on - 1, 0)
         self.counters.stale += later == 0
         self._back = later < 0
         self._older = 0
@@ -77,6 +77,6 @@ class Stream:
         return False
 
 
-def _ahead(number: int, before: int) -> int:
-    """Return how far a number of 32 bits is ahead of another, across the turn to 0."""
+def ahead(number: int, before: int) -> int:
+    """Return how far a number of 32 bits is ahead of another, across the turn to 0; negative when it is behind."""
     return (number - before + _HALF) % _MODULUS - _HALF

@@ -43,6 +43,8 @@ class Fault:
     parameters: Mapping[str, float] = field(default_factory=dict)
     state: bool = False
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    #: least and greatest of parameters whose name alone does not say them
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def allowed(self) -> dict[str, float]:
@@ -80,7 +82,7 @@ class Faults:
             if key in fault.choices:
                 chosen[key] = _word(name, key, value, fault.choices[key])
             elif key in fault.allowed:
-                numbers[key] = _number(name, key, value)
+                numbers[key] = _number(name, key, value, fault.bounds.get(key) or _BOUNDS.get(key, _ELSE))
             else:
                 known = [*fault.allowed, *fault.choices]
                 raise InvalidInput(f"the fault {name!r} has no parameter {key!r}; {did_you_mean(key, known)}")
@@ -135,10 +137,10 @@ class Faults:
         return parameters
 
 
-def _number(name: str, key: str, value: object) -> float:
+def _number(name: str, key: str, value: object, bounds: tuple[float, float]) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InvalidInput(f"{key} of the fault {name!r} must be a finite number, not {value!r}")
-    least, most = _BOUNDS.get(key, _ELSE)
+    least, most = bounds
     if not least <= value <= most:
         raise InvalidInput(f"{key} of the fault {name!r} must be from {least:g} to {most:g}, not {value!r}")
     return float(value)

@@ -33,6 +33,7 @@ GRIPPER_FAULTS: dict[str, Fault] = {
         "shows the fault code `code` until the gripper is reset, or for 08 until it is cleared",
         {"code": 0x0C},
         state=True,
+        bounds={"code": (0, 0x0F)},
     ),
     "deactivate": Fault("loses its activation, as after a loss of its supply; once", state=True),
     "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}, state=True),
@@ -120,7 +121,7 @@ class GripperModel:
         self._seen = self._states()
         code = self._shown("code")
         if code is not None:
-            self._fault = int(code["code"]) & 0x0F
+            self._fault = int(code["code"])
             self._halt()
             if fault_of(self._fault).reset:
                 self._stage_of = Stage.RESET

@@ -18,8 +18,9 @@ from stretch_bt.hardware.wire_thread import Sample, WireThread
 
 __all__ = ["RobotiqDriver"]
 
-#: connecting and asking, twice each, and that once more for a command of two exchanges
-_EXCHANGES = 8
+#: exchanges of a command beside its read and the read of a poll under way: what each of the two sends, and one that is tried
+#: again, with connecting
+_EXCHANGES = 6
 #: periods of polling without an answer after which it is lost at the earliest
 _PERIODS = 3
 
@@ -48,14 +49,17 @@ class RobotiqDriver(GripperDriver, ABC):
         """Connect and read the status; an inactive gripper can be read, but not moved."""
         self._task = self._known = self._event = None
         self._owed = self._moved = False
+        wire = self._wire()
+        exchanges = 2 * wire.exchanges + _EXCHANGES
         attendant = WireThread(
             self.name,
-            ScreenedWire(self._wire(), self.cell.now),
+            ScreenedWire(wire, self.cell.now),
             period=1 / self.options.rate,
-            deadline=max(_EXCHANGES * self.options.timeout, _PERIODS / self.options.rate),
+            deadline=max(exchanges * self.options.timeout, _PERIODS / self.options.rate),
             now=self.cell.now,
             after_poll=self._after,
             at_loss=self._hold_at_loss,
+            hint="check its line, and raise `timeout` if it is slow",
         )
         attendant.start()
         self._attendant = attendant

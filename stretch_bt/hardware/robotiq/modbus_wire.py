@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra
 from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Command, Status
-from stretch_bt.hardware.wire_thread import WireClosed, WireError
+from stretch_bt.hardware.wire_thread import WireClosed, WireError, WrongAnswer
 
 if TYPE_CHECKING:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
@@ -30,6 +30,8 @@ class ModbusWire:
     never repeats a request by itself here: after an answer that is missing or broken the connection is closed, which drops
     what may still come, and the exchange is tried once more on a new one. A connection that the other side closed is lost.
     """
+
+    exchanges = 1
 
     def __init__(self, make: Callable[[], Client], unit: int, read_function: int = 4) -> None:
         self._make = make
@@ -62,7 +64,8 @@ class ModbusWire:
         try:
             return Status.decode(reply.registers)
         except InvalidInput as error:
-            raise WireError(str(error)) from None
+            check = "check `read_function` and `unit`, and that this is a 2F gripper"
+            raise WrongAnswer(f"{error}; {check}") from None
 
     def go(self, position: int, speed: int, force: int) -> None:
         """Send the fingers to a count."""

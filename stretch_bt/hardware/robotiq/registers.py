@@ -87,7 +87,9 @@ class Status:
     def decode(cls, registers: Sequence[int]) -> Status:
         """Return the status in three registers; raises InvalidInput when there are not three words."""
         if len(registers) != COUNT or not all(isinstance(r, int) and 0 <= r <= 0xFFFF for r in registers):
-            raise InvalidInput(f"a status is three words of 16 bits, not {list(registers)[:8]}")
+            raise InvalidInput(
+                f"its status is {len(registers)} registers, {list(registers)[:8]}, and a 2F gripper has {COUNT}"
+            )
         bits, fault, place = registers
         action = bits >> 8
         return cls(

@@ -34,6 +34,7 @@ class ScreenedWire:
 
     def __init__(self, wire: GripperWire, now: Callable[[], float]) -> None:
         self.bare, self._now = wire, now
+        self.exchanges = wire.exchanges
         #: a position, and when it was asked for, s
         self._believed: tuple[int, float] | None = None
         self.connect, self.close, self.go, self.hold = wire.connect, wire.close, wire.go, wire.hold

@@ -53,6 +53,8 @@ class UrcapWire:
     taken for the answer to the next question, and the line is sent once more on a new one.
     """
 
+    exchanges = len(_ASKED)
+
     def __init__(self, host: str, port: int, timeout: float) -> None:
         self._address = (host, port)
         self._timeout = timeout

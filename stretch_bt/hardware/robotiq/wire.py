@@ -10,7 +10,10 @@ __all__ = ["GripperWire"]
 
 
 class GripperWire(Protocol):
-    """A connection to a gripper; each call is one exchange that ends within its deadline, or raises OSError."""
+    """A connection to a gripper; each exchange ends within its deadline, or raises OSError."""
+
+    #: how many exchanges a `read` makes
+    exchanges: int
 
     def connect(self) -> None:
         """Connect; moves nothing."""

@@ -1,7 +1,8 @@
 """The arm behind the controller: nominal kinematics, finite speeds and accelerations.
 
 Assumed, because no page says it: a servo target is followed with a lag of `lookahead_time`; corners of a path are passed at full speed;
-the arm stops a program's motion at 2 rad/s² or 1 m/s². Not modelled: dynamics, collisions with itself, blend radii.
+the arm stops a program's motion at 2 rad/s² or 1 m/s²; a line that asks a joint for more than 180 degrees a second ends in a protective
+stop. Not modelled: dynamics, collisions with itself, blend radii.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
+from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.motion.path import LEVER
 from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
@@ -54,11 +56,14 @@ class ArmModel:
         self._known: tuple[bytes, tuple[float, ...], tuple[float, ...]] | None = None
 
     def step(self, dt: float, fraction: float = 1.0) -> None:
-        """Go on for a time, s, at a part of the speed."""
+        """Go on for a time, s, at a part of the speed; raises IllConditioned, and stays, where a joint would pass its limit."""
         before = self.q.copy()
-        if self.move is not None and self.move.step(self, dt * fraction):
-            self.move = None
-        self.qd = (self.q - before) / dt
+        over = self.move is not None and self.move.step(self, dt * fraction)
+        speeds = (self.q - before) / dt
+        if not np.abs(speeds).max() < _FASTEST * 1.001:
+            self.q = before
+            raise IllConditioned("a joint would be faster than it can")
+        self.qd, self.move = speeds, None if over else self.move
 
     def put(self, q: Sequence[float]) -> None:
         """Stand at other joint angles, rad."""
@@ -122,12 +127,20 @@ class ArmModel:
         return self._known
 
 
+def _positive(value: float, name: str) -> float:
+    """Return a speed or an acceleration; raises IllConditioned for one at which no arm gets anywhere, as a controller ends its program."""
+    if not 0 < value < math.inf:
+        raise IllConditioned(f"{name} must be more than 0, and is {value:g}")
+    return value
+
+
 class JointMove(Move):
-    """All joints in step, the one with the longest way at speed, rad/s, and acceleration, rad/s²."""
+    """All joints in step, the one with the longest way at speed, rad/s, and acceleration, rad/s²; raises IllConditioned for one of 0."""
 
     def __init__(self, arm: ArmModel, to: Sequence[float] | Array, speed: float, acceleration: float) -> None:
         self._start, self._way = arm.q.copy(), np.asarray(to, dtype=np.float64) - arm.q
-        self._profile = Profile.trapezoid(float(np.abs(self._way).max()), min(speed, _FASTEST), acceleration)
+        fastest = min(_positive(speed, "v"), _FASTEST)
+        self._profile = Profile.trapezoid(float(np.abs(self._way).max()), fastest, _positive(acceleration, "a"))
         self._time = 0.0
 
     def step(self, arm: ArmModel, dt: float) -> bool:
@@ -148,7 +161,7 @@ class LineMove(Move):
         lengths = [line_length(a, b) for a, b in legs]
         self._ends = list(accumulate(lengths))
         self._lengths = lengths
-        self._profile = Profile.trapezoid(self._ends[-1], speed, acceleration)
+        self._profile = Profile.trapezoid(self._ends[-1], _positive(speed, "v"), _positive(acceleration, "a"))
         self._time = 0.0
 
     @property
@@ -184,7 +197,7 @@ class SpeedL(Move):
     """The tool at a velocity, m/s and rad/s in base axes, approached at an acceleration, m/s²; for ever."""
 
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
-        self.target, self.acceleration = np.asarray(target, dtype=np.float64), acceleration
+        self.target, self.acceleration = np.asarray(target, dtype=np.float64), _positive(acceleration, "a")
         self._now = np.zeros(6)
 
     def step(self, arm: ArmModel, dt: float) -> bool:
@@ -201,7 +214,7 @@ class SpeedJ(Move):
 
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
         self.target = np.clip(np.asarray(target, dtype=np.float64), -_FASTEST, _FASTEST)
-        self.acceleration = acceleration
+        self.acceleration = _positive(acceleration, "a")
         self._now: Array | None = None
 
     def step(self, arm: ArmModel, dt: float) -> bool:

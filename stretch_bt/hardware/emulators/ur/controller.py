@@ -5,9 +5,12 @@ Its clock counts cycles, so that it goes slower where the machine is too busy to
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
+from functools import reduce
+from operator import or_
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,7 +96,8 @@ class Controller:
         self.script_line = 0
         #: time of each event, s, and its name
         self.events: deque[tuple[float, str]] = deque(maxlen=50)
-        self._state = "normal"
+        #: stops that were made and not ended; they exist side by side
+        self._stops: set[str] = set()
         self._locked_until = 0.0
         self._program: Program | None = None
         self._starting: tuple[float, Program] | None = None
@@ -102,8 +106,9 @@ class Controller:
 
     @property
     def safety(self) -> Safety:
-        """How the safety system stands."""
-        return SAFETY[self._state]
+        """How the safety system stands: the gravest of its stops, with the bits of all."""
+        here = [told for name, told in SAFETY.items() if name in self._stops] or [SAFETY["normal"]]
+        return here[-1]._replace(bits=reduce(or_, (told.bits for told in here)))
 
     @property
     def running(self) -> bool:
@@ -173,11 +178,13 @@ class Controller:
         try:
             self.arm.step(period, self._pace())
         except (IllConditioned, np.linalg.LinAlgError):
-            self.stop_safely("protective_stop", "the arm cannot go on: out of reach, or stretched out")
+            self.stop_safely(
+                "protective_stop", "the arm cannot go on: out of reach, stretched out, or a joint too fast"
+            )
 
     def _pace(self) -> float:
         """Return at which part of its speed the arm moves; a stop does not wait for the slider."""
-        if self._state != "normal":
+        if self._stops:
             return 1.0
         return 0.0 if self.paused else self.speed_fraction
 
@@ -217,25 +224,24 @@ class Controller:
     def stop_safely(self, state: str, why: str, locked: float = _LOCKED) -> None:
         """Stop as the safety system does."""
         self.note(f"{state}: {why}")
-        self._state = state
-        self._locked_until = self.time + locked
+        self._stops.add(state)
+        if state == "protective_stop":
+            self._locked_until = self.time + locked
         self.stop_program(state)
         self.halt(_STOP_AT)
         if state == "emergency_stop":
             self.powered = self.released = False
 
     def unlock(self) -> bool:
-        """End a protective stop; return False where it is too soon for that."""
-        if self._state == "protective_stop":
-            if self.time < self._locked_until:
-                return False
-            self._state = "normal"
+        """End a protective stop, and no other one; return False where it is too soon for that."""
+        if "protective_stop" in self._stops and self.time < self._locked_until:
+            return False
+        self._stops.discard("protective_stop")
         return True
 
     def release_stop(self, state: str) -> None:
         """End a stop that a person ends: the emergency stop button, the safeguard."""
-        if self._state == state:
-            self._state = "normal"
+        self._stops.discard(state)
 
     def power(self, *, on: bool) -> None:
         """Switch the arm's power."""
@@ -243,11 +249,11 @@ class Controller:
             self.stop_program("power off")
             self.halt(_STOP_AT)
             self.released = False
-        self.powered = on and self._state != "emergency_stop"
+        self.powered = on and "emergency_stop" not in self._stops
 
     def release_brakes(self) -> None:
         """Make a powered arm ready to move."""
-        if self._state != "emergency_stop":
+        if "emergency_stop" not in self._stops:
             self.powered = self.released = True
 
     def set_watchdog(self, register: int, rate: float) -> None:
@@ -267,7 +273,7 @@ class Controller:
             (_, self._program), self._starting = self._starting, None
             if self.profile.e_series:  # as its maker says
                 self.zero_force()
-            if self._state != "normal" or not self.released:
+            if self._stops or not self.released:
                 self._program = None
         if self._program is None or self.paused:
             return
@@ -290,6 +296,8 @@ class Controller:
         """Take the inputs of one package, by name."""
         for name, value in inputs.items():
             self.registers.take(name, value, self.time)
+            if name.startswith("input_double_register_") and not math.isfinite(value):
+                self.stop_program(f"{name} is {value}: no arm goes by that")
         for place, name in enumerate(_OUTPUTS):
             mask = inputs.get(f"{name}_mask", 0) << 8 * place
             self.digital_outputs = self.digital_outputs & ~mask | inputs.get(name, 0) << 8 * place & mask

@@ -20,6 +20,12 @@ _MODES = {3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 7: "RUNNING"}
 _STATES = {1: "STOPPED", 2: "PLAYING", 4: "PAUSED"}
 _ROLES = ("PROGRAMMER", "OPERATOR", "NONE", "LOCKED", "RESTRICTED")
 _NOTED = 200
+#: what an e-series does in remote control only: whatever changes the arm, its program or its safety
+_REMOTE = (
+    *("load", "play", "stop", "pause", "shutdown", "power on", "power off", "brake release", "unlock protective stop"),
+    *("close safety popup", "load installation", "restart safety", "set operational mode", "clear operational mode"),
+)
+_LOCAL = "Command is not allowed due to safety reasons, please switch robot to Remote Control mode and reconnect to port 29999"
 _TOO_SOON = (
     "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
 )
@@ -73,15 +79,21 @@ class Dashboard:
         c = self._controller
         return {
             "version": lambda: ".".join(map(str, c.profile.version)),
-            "is in remote control": lambda: str(self._faults.shown("local") is None).lower(),
+            "is in remote control": lambda: str(not self._is_local()).lower(),
             "safetystatus": lambda: f"Safetystatus: {c.safety.name}",
             "get operational mode": lambda: self._mode,
             "clear operational mode": self._clear_mode,
         }
 
+    def _is_local(self) -> bool:
+        """Whether it takes no orders; a CB3 knows no such mode."""
+        return self._controller.profile.e_series and self._faults.shown("local") is not None
+
     def answer(self, line: bytes) -> str:
         """Return the answer to a line, whatever it holds."""
         asked = line.decode("utf-8", "replace").strip()
+        if self._is_local() and any(f"{asked.lower()} ".startswith(f"{command} ") for command in _REMOTE):
+            return _LOCAL
         with self._controller.lock:
             found = self._answers.get(asked.lower())
             if found is not None:
@@ -97,7 +109,7 @@ class Dashboard:
             if self._faults.meets("freeze", connection="dashboard"):
                 continue
             connection.sendall(self.answer(line).encode() + b"\n")
-            if line.strip().lower() in (b"quit", b"shutdown"):
+            if line.strip().lower() == b"quit" or (line.strip().lower() == b"shutdown" and not self._is_local()):
                 return
 
     def _noted(self, what: str, text: str, said: str) -> str:
@@ -124,8 +136,6 @@ class Dashboard:
         return "URSoftware {}.{}.{}.{} (stand-in)".format(*self._controller.profile.version)
 
     def _stop(self) -> str:
-        if self._controller.profile.e_series and self._faults.shown("local") is not None:
-            return "Failed to execute: stop"
         self._controller.stop_program("stopped by the dashboard")
         return "Stopped"
 

@@ -33,7 +33,7 @@ class Registers:
     bits: dict[str, list[bool]] = field(default_factory=_bits)
 
     def take(self, name: str, value: Any, now: float) -> None:
-        """Take an input of RTDE, by its name, at a time, s; a name that is no register is ignored."""
+        """Take an input of RTDE, by its name, at a time, s; a name that is no register is ignored, as is a NaN."""
         kind, _, number = name.rpartition("_")
         if kind == "input_int_register":
             self.in_int[int(number)] = value

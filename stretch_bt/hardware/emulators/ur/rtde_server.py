@@ -20,6 +20,8 @@ __all__ = ["STREAM_FAULTS", "RtdeServer"]
 
 #: versions of the protocol; the first has no numbers of output recipes, and one rate
 _PROTOCOLS = (1, 2)
+#: cycles from one package to the next at most
+_SELDOM = 1e9
 _FIRST_RATE = 125.0
 _NOT_FOUND, _IN_USE = "NOT_FOUND", "IN_USE"
 
@@ -164,7 +166,8 @@ class RtdeServer:
         fields = [found(OUTPUT_FIELDS, name, version) for name in names]
         types = [field.kind if field else _NOT_FOUND for field in fields]
         if _NOT_FOUND not in types:
-            session.tell(types, [OUTPUTS[name] for name in names], max(round(self._controller.profile.rate / rate), 1))
+            cycles = min(max(self._controller.profile.rate / rate, 1), _SELDOM)
+            session.tell(types, [OUTPUTS[name] for name in names], round(cycles))
         return ",".join(types).encode()
 
     def _inputs(self, session: Session, payload: bytes) -> bytes:

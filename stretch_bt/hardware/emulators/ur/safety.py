@@ -16,6 +16,7 @@ class Safety(NamedTuple):
 
 
 _NORMAL, _STOPS = 1 << 0, 1 << 10
+#: the gravest last: it is told where some exist side by side
 SAFETY: dict[str, Safety] = {
     "normal": Safety("NORMAL", 1, _NORMAL),
     "protective_stop": Safety("PROTECTIVE_STOP", 3, 1 << 2 | _STOPS),
