@@ -107,12 +107,12 @@ def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[f
     height = _height(crest, floor)
     seen = Dimension(crest.radius, RADIUS_SD * crest.radius, {})
     length = _length(views, crest, fillet, sharp=False)
-    return {"length": length, "radius": on_table(seen, height), "height": height}
+    return {"length": length, "radius": _on_table(seen, height), "height": height}
 
 
-def on_table(seen: Dimension, height: Dimension, different: float = DIFFERENT) -> Dimension:
+def _on_table(seen: Dimension, height: Dimension) -> Dimension:
     """Return a radius from an arc's and from the height of a shape that stands on the table with its flat side."""
-    if math.log(max(height.value, 1e-6) / seen.value) > different:
+    if math.log(max(height.value, 1e-6) / seen.value) > DIFFERENT:
         return seen
     weights = seen.sd**-2, height.sd**-2
     value = (weights[0] * min(seen.value, 1.5 * height.value) + weights[1] * height.value) / sum(weights)
