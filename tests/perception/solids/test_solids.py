@@ -106,6 +106,20 @@ def test_a_dome_is_a_half_sphere_or_a_whole_one_where_its_arc_says_so_and_else_a
     assert radius.seen == pytest.approx(over * height.value)
 
 
+FLAT_CREST = m.crest(0.032, 0.035, lambda v: -(v**2) / 2 / 0.14, 0.0, 0.0)
+LEANING = m.block(0.026, 0.020, 0.040)
+
+
+@pytest.mark.parametrize(
+    ("height", "top", "kind"),
+    [(FLAT_CREST, 0.035, "half_cylinder"), (lambda x, y: LEANING(x, y) + 0.1 * y, 0.041, "ridge")],
+)
+def test_a_top_that_is_too_flat_or_falls_on_one_side_alone_is_no_crest(height, top, kind):
+    found = fit_object(*m.felt(height, top))
+    assert found.kind not in ("half_cylinder", "ridge"), found.ranking
+    assert next(w.refused for w in found.ranking if w.kind == kind)
+
+
 def test_a_membrane_that_is_bent_by_its_clamps_adds_no_dome():
     height = m.domes([(-0.019, 0.014), (0.006, 0.011)])
 
