@@ -96,7 +96,8 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
         flat = seen @ _upright(normal).T
         ends = _edges(flat, on, along=1, pitch=high)
         sides = _edges(flat, on, along=0, pitch=wide)
-        length = ends.high - ends.low
+        yaw = -math.atan(ends.slope)
+        middle, length = _middle(ends, sides), (ends.high - ends.low) * math.cos(yaw)
         level, cover = _level(flat, on, (ends.low + ends.high) / 2, length / 2)
         if not again:  # the result keeps the plane in which the edges were found
             break
@@ -104,8 +105,6 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
         normal /= np.linalg.norm(normal)
     tilt_x, tilt_y = math.atan2(normal[1], -normal[2]), math.asin(-normal[0])
     tilt_sd = math.sqrt(cover[2, 2]), math.sqrt(cover[1, 1])
-    yaw = -ends.slope
-    middle = np.array([(sides.low + sides.high) / 2, (ends.low + ends.high) / 2])
     place = -_about_z(yaw) @ middle
     centre = np.array([*middle, level[0]]) @ _upright(normal)
     aim = -_about_z(yaw) @ centre[:2]
@@ -116,7 +115,7 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
         tilt_x=Estimate(tilt_x, tilt_sd[0]),
         tilt_y=Estimate(tilt_y, tilt_sd[1]),
         yaw=Estimate(yaw, ends.slope_sd),
-        length=Estimate(length, math.sqrt(2) * ends.sd),
+        length=Estimate(length, math.sqrt(2) * ends.sd * math.cos(yaw)),
         aim_x=Estimate(aim[0], math.hypot(sides.sd, middle[1] * ends.slope_sd)),
         aim_y=Estimate(aim[1], math.hypot(ends.sd, middle[0] * ends.slope_sd)),
     )
@@ -131,6 +130,13 @@ class _Edges:
     sd: float
     slope: float
     slope_sd: float
+
+
+def _middle(ends: _Edges, sides: _Edges) -> Array:
+    """Return where the line between both ends crosses the line between both sides (2,), m: the sides are across the ends."""
+    x, y = (sides.low + sides.high) / 2, (ends.low + ends.high) / 2
+    across = (x - ends.slope * y) / (1 + ends.slope**2)
+    return np.array([across, y + ends.slope * across])
 
 
 def _plane(points: Array, mask: MaskArray) -> tuple[Array, MaskArray]:

@@ -17,7 +17,7 @@ from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.top import Top
 from stretch_bt.perception.solids.views import View
 
-__all__ = ["Crest", "crest_of", "evidence_of_crest", "half_cylinder", "ridge"]
+__all__ = ["Crest", "crest_of", "evidence_of_crest", "half_cylinder", "ridge", "unlike_crest", "unlike_half_cylinder"]
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +34,9 @@ RADIUS_SD = 0.12  # of a radius by the arc, over presses
 DIFFERENT = (
     0.36  # logarithm of a height over a radius, beyond which the shape does not stand on the table with its flat side
 )
+FLATTER = 2.0  # radius over height, from which an arc is surely not of a half-cylinder, however lightly it is touched
+SURE = 2.0  # standard deviations of its logarithm
+ONE_SIDED = 0.2  # of the change of slope at a crest, below which its gentler side is the face of a top that leans
 PLAIN = 4.0  # nats that a radius costs that does not follow from the height
 
 
@@ -94,6 +97,30 @@ def evidence_of_crest(crest: Crest) -> dict[str, float]:
     return {"ridge": -0.5 * sharper**2, "half_cylinder": -0.5 * min(off**2, 2 * PLAIN)}
 
 
+def unlike_crest(crest: Crest) -> str:
+    """Return why a crest is of no ridge and no half-cylinder: the high edge of a top that leans falls on one side alone.
+
+    A wide arc bends nowhere, so that its bend, which may lie anywhere on it, does not tell.
+    """
+    gentler = float(np.median([min(bend.near, -bend.far) / max(bend.change, 1e-6) for bend in crest.bends]))
+    return (
+        ""
+        if gentler > ONE_SIDED or crest.layer > LAYER
+        else "the crest falls on one side alone, as the high edge of a top that leans does"
+    )
+
+
+def unlike_half_cylinder(crest: Crest) -> str:
+    """Return why a crest is of no half-cylinder on the table: it is no crest, or too flat for its height."""
+    shown = sum((arc.radius / max(arc.radius_sd, 1e-9)) ** 2 for arc in crest.arcs)
+    flatter = math.log(crest.radius / max(crest.top.height, 1e-4)) - SURE * math.hypot(shown**-0.5, ROUND_SD)
+    if flatter > math.log(FLATTER):
+        return (
+            f"the top is too flat: an arc of {1e3 * crest.radius:.0f} mm at a height of {1e3 * crest.top.height:.0f} mm"
+        )
+    return unlike_crest(crest)
+
+
 def ridge(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
     """Return the length and the height of a ridge."""
     return {"length": _length(views, crest, fillet, sharp=True), "height": _height(crest, floor)}
@@ -107,12 +134,12 @@ def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[f
     height = _height(crest, floor)
     seen = Dimension(crest.radius, RADIUS_SD * crest.radius, {})
     length = _length(views, crest, fillet, sharp=False)
-    return {"length": length, "radius": on_table(seen, height), "height": height}
+    return {"length": length, "radius": _on_table(seen, height), "height": height}
 
 
-def on_table(seen: Dimension, height: Dimension, different: float = DIFFERENT) -> Dimension:
+def _on_table(seen: Dimension, height: Dimension) -> Dimension:
     """Return a radius from an arc's and from the height of a shape that stands on the table with its flat side."""
-    if math.log(max(height.value, 1e-6) / seen.value) > different:
+    if math.log(max(height.value, 1e-6) / seen.value) > DIFFERENT:
         return seen
     weights = seen.sd**-2, height.sd**-2
     value = (weights[0] * min(seen.value, 1.5 * height.value) + weights[1] * height.value) / sum(weights)

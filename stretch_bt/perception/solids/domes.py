@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.solids.bend import LONGEST, fit_bend
-from stretch_bt.perception.solids.crest import LAYER, LAYER_SD, PLAIN, on_table
+from stretch_bt.perception.solids.crest import LAYER, LAYER_SD, PLAIN
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.views import View
@@ -29,8 +29,10 @@ ONE = 0.75  # of a dome's height, nearer than which another hump is of the same
 BLUNT = 30.0  # 1/m, least curvature for a step: along a ridge of noise it would be endless
 CLIMBS, CELL = 5, 0.2e-3  # steps from a hump to its peak, and m of a step that is the last
 SHARED = 0.15e-3  # m
-DIFFERENT = 0.75  # logarithm of a height over a radius, beyond which a dome is no half-sphere on the table
 RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
+STANDS = (1.0, 0.5)  # radius over height of the round bodies that stand on the table: a half-sphere, and a whole one
+NEAR_SD = 0.1  # of the logarithm of the radius seen, over that of a body which stands so
+OTHER = 3.5  # of these deviations, from which another body is as likely as one that stands so
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +131,9 @@ def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float], Array]
 
 
 def evidence_of_domes(found: list[Dome]) -> dict[str, float]:
-    """Return the evidence, nats, for half-spheres on the table and for points, on the mean over all."""
-    off = [0.5 * min((math.log(d.radius / max(d.height.value, 1e-4)) / RADIUS_SD) ** 2, 2 * PLAIN) for d in found]
+    """Return the evidence, nats, for half-spheres or spheres on the table and for points, on the mean over all."""
+    over = [[math.log(d.radius / max(share * d.height.value, 1e-4)) for share in STANDS] for d in found]
+    off = [0.5 * min(min(abs(o) for o in one) ** 2 / RADIUS_SD**2, 2 * PLAIN) for one in over]
     sharp = [0.5 * (max(d.layer - LAYER, 0.0) / LAYER_SD) ** 2 for d in found]
     return {"domes": -float(np.mean(off)), "point": -float(np.mean(sharp)) - 1.0 * (len(found) - 1)}
 
@@ -138,7 +141,7 @@ def evidence_of_domes(found: list[Dome]) -> dict[str, float]:
 def domes(found: list[Dome], floor: float) -> dict[str, Dimension]:
     """Return the height of the highest dome and the radius of each, the largest first.
 
-    A half-sphere on the table is as high as its radius, and the curvature of its top must agree with that.
+    A half-sphere on the table is as high as its radius, a whole one twice that, and the curvature of its top must agree with one of them.
     """
     ordered = sorted(radii_of(found, floor), key=lambda d: -d.value)
     named = {f"radius_{k}": radius for k, radius in enumerate(ordered, 1)}
@@ -147,10 +150,25 @@ def domes(found: list[Dome], floor: float) -> dict[str, Dimension]:
 
 def radii_of(found: list[Dome], floor: float) -> list[Dimension]:
     """Return the radius of each dome, by the curvature of its top and its height."""
-    return [
-        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height, DIFFERENT)
-        for d, height in zip(found, _heights(found, floor), strict=True)
-    ]
+    return [_radius(d.radius, height) for d, height in zip(found, _heights(found, floor), strict=True)]
+
+
+def _radius(seen: float, height: Dimension) -> Dimension:
+    """Return the radius of a dome from the radius that its top shows, m, and its height.
+
+    It is the mean over a half-sphere, a whole one and a body of another shape, by how well each agrees with what is seen, so that its
+    deviation includes that it may be another. A membrane that touches a half-sphere lightly shows a larger radius.
+    """
+    top = max(height.value, 1e-4)
+    shown, seen = seen, min(seen, top)
+    known = [(share * top, share * height.sd, math.log(seen / (share * top)) / NEAR_SD) for share in STANDS]
+    known.append((seen, RADIUS_SD * seen, OTHER))
+    least = min(abs(off) for *_, off in known)
+    weights = np.array([math.exp((least**2 - off**2) / 2) for *_, off in known])
+    values, sds = np.array([value for value, *_ in known]), np.array([sd for _, sd, _ in known])
+    weights /= weights.sum()
+    value = float(weights @ values)
+    return Dimension(value, math.sqrt(float(weights @ (sds**2 + (values - value) ** 2))), {"table": value - shown})
 
 
 def _heights(found: list[Dome], floor: float) -> list[Dimension]:

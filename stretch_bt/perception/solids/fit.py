@@ -17,7 +17,14 @@ from stretch_bt.perception.clouds.stand_off import HANG_SD
 from stretch_bt.perception.solids.agree import SURFACES, Surface, contradiction, surface_of_domes, surface_of_points
 from stretch_bt.perception.solids.block import block, disc
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
-from stretch_bt.perception.solids.crest import crest_of, evidence_of_crest, half_cylinder, ridge
+from stretch_bt.perception.solids.crest import (
+    crest_of,
+    evidence_of_crest,
+    half_cylinder,
+    ridge,
+    unlike_crest,
+    unlike_half_cylinder,
+)
 from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_domes, point, radii_of
 from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
 from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
@@ -192,6 +199,7 @@ def _crest(case: _Case) -> None:
     except IllConditioned as error:
         case.refused.update({"ridge": str(error), "half_cylinder": str(error)})
         return
+    case.unlike["half_cylinder"], case.unlike["ridge"] = unlike_half_cylinder(crest), unlike_crest(crest)
     evidence, floor = evidence_of_crest(crest), case.floor
     case.offer("ridge", family + longish + evidence["ridge"], lambda: ridge(case.views, crest, floor, case.fillet))
     case.offer(

@@ -121,6 +121,16 @@ def domes(places):
     return z
 
 
+def raised(body, by):
+    """A body with its membrane `by` higher above the table."""
+
+    def z(x, y):
+        return body(x, y) + by
+
+    z.touched = body.touched
+    return z
+
+
 def point(height):
     return lambda x, y: height - 0.6 * (np.hypot(np.hypot(x, y), 0.8 * MM) - 0.8 * MM)
 

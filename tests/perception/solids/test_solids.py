@@ -9,7 +9,7 @@ import pytest
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception import Dimension, cloud_of, fit_object
 from stretch_bt.perception.solids.bend import fit_bend
-from stretch_bt.perception.solids.domes import domes_of
+from stretch_bt.perception.solids.domes import Dome, domes_of, radii_of
 from stretch_bt.perception.solids.profile import Profile
 from stretch_bt.perception.solids.result import pooled
 from stretch_bt.perception.solids.views import views_of
@@ -41,6 +41,7 @@ SHAPES = {
         "domes",
         {"radius_1": 0.014, "radius_2": 0.011, "height": 0.014},
     ),
+    "ball": (m.raised(m.domes([(0.0, 0.016)]), 0.016), 0.032, "domes", {"radius_1": 0.016, "height": 0.032}),
     "point": (m.point(0.034), 0.034, "point", {"height": 0.034}),
     "wire circle": (m.wire_circle(0.050, 0.022), 0.022, "wire_circle", {"radius": 0.025, "height": 0.022}),
     "wire triangle": (m.wire_triangle(0.050, 0.022), 0.022, "wire_triangle", {"side": 0.050, "height": 0.022}),
@@ -83,6 +84,40 @@ def test_a_shape_is_found_with_its_dimensions_within_their_deviations(name, pres
         assert abs(measured.value - value) < 0.6 * MM, dimension
         assert measured.sd < 0.7 * MM, dimension
     assert found.height == found.dimensions["height"].value
+
+
+@pytest.mark.parametrize(
+    ("over", "share", "sure"),
+    [
+        (0.45, 0.5, True),
+        (0.54, 0.5, True),
+        (0.9, 1.0, True),
+        (1.3, 1.0, True),
+        (5.0, 1.0, True),
+        (0.3, 0.3, False),
+        (0.7, 0.7, False),
+    ],
+)
+def test_a_dome_is_a_half_sphere_or_a_whole_one_where_its_arc_says_so_and_else_as_round_as_that(over, share, sure):
+    height = Dimension(0.030, 0.2 * MM, {})
+    (radius,) = radii_of([Dome(np.zeros(2), height, over * height.value, 0.006)], 0.0)
+    assert radius.value == pytest.approx(share * height.value, rel=0.02 if sure else 0.15)
+    assert (radius.sd < 0.03 * height.value) == sure
+    assert radius.seen == pytest.approx(over * height.value)
+
+
+FLAT_CREST = m.crest(0.032, 0.035, lambda v: -(v**2) / 2 / 0.14, 0.0, 0.0)
+LEANING = m.block(0.026, 0.020, 0.040)
+
+
+@pytest.mark.parametrize(
+    ("height", "top", "kind"),
+    [(FLAT_CREST, 0.035, "half_cylinder"), (lambda x, y: LEANING(x, y) + 0.1 * y, 0.041, "ridge")],
+)
+def test_a_top_that_is_too_flat_or_falls_on_one_side_alone_is_no_crest(height, top, kind):
+    found = fit_object(*m.felt(height, top))
+    assert found.kind not in ("half_cylinder", "ridge"), found.ranking
+    assert next(w.refused for w in found.ranking if w.kind == kind)
 
 
 def test_a_membrane_that_is_bent_by_its_clamps_adds_no_dome():
