@@ -49,8 +49,9 @@ class OutOfView(IllConditioned):
 class HandView:
     """The camera in the membrane frame, m and rad, and the length of the membrane between the fingers, m.
 
-    `distance` is its z. It is turned about x by `tilt_x`, then about y by `tilt_y`, then about z by `yaw`, counter-clockwise seen
-    from the end of the axis; without any it looks straight down, its rows along x. Where its optical axis meets the membrane's plane,
+    `distance` is its z. It is turned about x by `tilt_x`, then about y by `tilt_y`, then about z by `yaw`, by the usual
+    matrices; in the membrane frame, which is left-handed, that is clockwise seen from the end of the axis. Without any it looks straight down, its
+    rows along x. Where its optical axis meets the membrane's plane,
     (`aim_x`, `aim_y`), is known better than its place: a smooth error of the camera does alike to place and tilt.
     """
 

@@ -40,6 +40,7 @@ class HeightTracker:
     count from the frames so far. `kernel`, pixels, is the Gaussian that finds the place of the press; the height
     itself is measured on the unsmoothed image around that place. A light press by a small body, that touches less than half a kernel
     across, is a cusp that noise rounds off: its height is too low, by more than is stated. A narrower kernel reads it better.
+    A camera whose distance drifts as it warms up shows its drift as a press, or as less than none.
     """
 
     def __init__(self, *, reference: int = 5, kernel: float = 10.0) -> None:

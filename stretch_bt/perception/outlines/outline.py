@@ -45,8 +45,9 @@ class Outline(BriefRepr):
 
     `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations include the
     border's own roughness and `place_sd`, m, the standard deviation of an error that moves all of the line out or in, the area
-    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. `hidden` is the standard deviation of a
-    circularity from those parts of the body's shape that the line does not show.
+    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. What the blur of a border of pixels takes off a
+    sharp corner is not in them: half a millimetre of perimeter at each corner of a square, of pixels of 0.5 mm. `hidden` is the standard
+    deviation of a circularity from those parts of the body's shape that the line does not show.
     """
 
     vertices: FloatArray
@@ -180,9 +181,10 @@ def _outline(vertices: Array, pitch: float) -> Outline:
             f"an outline of {len(curve)} vertices is too coarse to separate its noise from its shape; move the camera nearer"
         )
     curve = even(curve)
-    noise = max(noise_of(curve)[0], LEAST_PIXEL_NOISE * pitch)
+    least = LEAST_PIXEL_NOISE * pitch
+    noise = max(noise_of(curve)[0], least)
     perimeter = perimeter_of(smoothed(curve))
-    others = [perimeter_of(smoothed(other)) for other in redrawn(curve, REPLICATES)]
+    others = [perimeter_of(smoothed(other)) for other in redrawn(curve, REPLICATES, least)]
     # The noise of a blurred border is the same over the blur's width: the integral of its autocorrelation.
     alike = max(2.0 * np.sqrt(np.pi) * BLUR * pitch, spacing_of(curve))
     return Outline(vertices, area, noise * float(np.sqrt(perimeter * alike)), perimeter, float(np.std(others, ddof=1)))

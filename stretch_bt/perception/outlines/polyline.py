@@ -172,10 +172,11 @@ def noise_of(curve: Curve) -> tuple[float, float]:
     return sd, float(np.clip(left @ np.roll(left, 1) / power, 0.0, 0.9)) if power > 0 else 0.0
 
 
-def redrawn(curve: Curve, count: int) -> Curve:
-    """Return (count, n): curves as this one might as well have come out, with other noise of the same kind."""
+def redrawn(curve: Curve, count: int, least: float = 0.0) -> Curve:
+    """Return (count, n): curves as this one might as well have come out, with other noise of the same kind, of a standard deviation at least."""
     rng = np.random.default_rng(0)
     sd, correlation = noise_of(curve)
+    sd = max(sd, least)
     white = rng.normal(size=(count, len(curve)))
     # An autoregression of first order around the closed curve, as a filter of unit power.
     gain = 1.0 / np.abs(1.0 - correlation * np.exp(-2j * np.pi * np.fft.rfftfreq(len(curve))))

@@ -23,7 +23,8 @@ Array = npt.NDArray[np.float64]
 class Offset(NamedTuple):
     """Offset of a camera from its assumed place: m, membrane frame, and rad.
 
-    It is turned about the membrane's x axis first and then about its y axis, counter-clockwise seen from that axis' end.
+    It is turned about the membrane's x axis first and then about its y axis, by the usual matrices; in the membrane frame, which is left-handed,
+    that is clockwise seen from the axis' end.
     """
 
     x: float = 0.0

@@ -163,3 +163,12 @@ def test_bad_arguments_say_what_was_expected():
         outline_of(region, 0.0)
     with pytest.raises(InvalidInput, match="shape"):
         outline_of(region, np.zeros((3, 4, 3)))
+
+
+def test_the_perimeter_of_straight_borders_of_pixels_has_an_error():
+    """A square along the pixels shows no roughness, and stated 1e-14 mm."""
+    region = np.zeros((100, 100), dtype=bool)
+    region[30:70, 30:70] = True
+    found = outline_of(region, 0.5e-3)
+    assert 0.05e-3 < found.perimeter_sd < 0.3e-3
+    assert found.perimeter == pytest.approx(80e-3, abs=2.5e-3)
