@@ -15,7 +15,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.perception.types import FRAME
 
-__all__ = ["ONE_STRETCH", "average_frames", "in_finer_unit"]
+__all__ = ["average_frames", "check_one_hand", "in_finer_unit"]
 
 ONE_STRETCH = 2e-3  # m, within which the fingers of a hand that stands still are read
 ONE_TURN = 0.02  # rad, within which a hand that stands still is read: a millimetre at the rim of a membrane
@@ -23,6 +23,19 @@ ONE_HEIGHT = 5e-3  # m, along any axis, within which a hand that has just been s
 FINER = 16  # the mean is kept in sixteenths of a count, so that averaging gains what quantisation lost
 FAR = 2.0  # distances of the flat membrane, past which a pixel is none of the hand's: a membrane that sticks is pulled by millimetres
 MOST_COUNTS = np.iinfo(np.uint16).max
+
+
+def check_one_hand(what: str, frame: DepthFrame, first: DepthFrame) -> None:
+    """Raise InvalidInput unless two frames are of one camera and of one membrane at one stretch; `what` needs that."""
+    if frame.intrinsics != first.intrinsics:
+        raise InvalidInput(f"a {what} needs frames of one camera: their intrinsics differ")
+    for name in ("stretch", "plane_distance"):
+        now, before = getattr(frame, name), getattr(first, name)
+        if (now is None) != (before is None) or (now is not None and abs(now - before) > ONE_STRETCH):
+            raise InvalidInput(
+                f"a {what} needs frames of one membrane: their {name} differs by more than {ONE_STRETCH * 1e3:g} mm"
+                f"; begin a new {what.rsplit(maxsplit=1)[-1]} after a change of stretch"
+            )
 
 
 def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:

@@ -13,7 +13,7 @@ from stretch_bt.arguments import check_estimates, check_kind, check_numbers
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.average import ONE_STRETCH, in_finer_unit
+from stretch_bt.perception.average import check_one_hand, in_finer_unit
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.mask import LARGEST
 from stretch_bt.perception.smooth import smooth
@@ -82,15 +82,9 @@ class FreeView:
         """
         check_kind("frame", frame, DepthFrame, FRAME)
         first = self._first = self._first or frame
-        if frame.unit != first.unit or frame.intrinsics != first.intrinsics:
-            raise InvalidInput("a free view needs frames of one camera: their unit or intrinsics differ")
-        for name in ("stretch", "plane_distance"):
-            now, before = getattr(frame, name), getattr(first, name)
-            if (now is None) != (before is None) or (now is not None and abs(now - before) > ONE_STRETCH):
-                raise InvalidInput(
-                    f"a free view needs frames of one membrane: their {name} differs by more than {ONE_STRETCH * 1e3:g} mm"
-                    "; begin a new view after a change of stretch"
-                )
+        if frame.unit != first.unit:
+            raise InvalidInput("a free view needs frames of one camera: their unit differs")
+        check_one_hand("free view", frame, first)
         self._latest.append(frame)
         if len(self._latest) > DELAY:
             self._count(self._latest.popleft())

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.average import check_one_hand
 from stretch_bt.perception.clean import flying_pixels, median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_pixels
@@ -46,6 +47,7 @@ class HeightTracker:
     def __init__(self, *, reference: int = 5, kernel: float = 10.0) -> None:
         check_kernel(kernel)
         self._reference = Reference(reference)
+        self._first: DepthFrame | None = None
         self._kernel = kernel
         self._white = 0.0  # of one image, which does not show the noise that its pixels share; until frames differ
         self._noise: list[float] = []
@@ -61,7 +63,12 @@ class HeightTracker:
         ------
         NoContact
             The frame has no valid pixel in common with the reference.
+        InvalidInput
+            The frame is of another camera, stretch or distance of the plane than the first one.
         """
+        if isinstance(depth, DepthFrame):
+            self._first = self._first or depth
+            check_one_hand("height tracker", depth, self._first)
         learning = not self._reference.complete
         if learning:
             self._reference.learn(depth)

@@ -5,8 +5,8 @@ import contextlib
 import numpy as np
 import pytest
 
-from stretch_bt.errors import NoContact
-from stretch_bt.frames import Intrinsics
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import ContactDetector, HeightTracker, load_depth_stack
 from stretch_bt.perception.smooth import smooth
 
@@ -86,6 +86,19 @@ def test_without_a_press_the_height_is_off_by_what_it_states_however_short_the_r
         found = [tracker.update(0.2 + noise) for noise in correlated(kernel, 0.0, count + 4, seed)][count:]
         off += [each.value / each.sd for each in found]
     assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.6
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"stretch": 0.04}, {"plane_distance": 0.17}, {"intrinsics": Intrinsics(800.0, 800.0, 79.5, 59.5, 160, 120)}],
+)
+def test_a_tracker_takes_frames_of_one_camera_and_one_stretch(other):
+    at = {"intrinsics": Intrinsics(400.0, 400.0, 79.5, 59.5, 160, 120), "plane_distance": 0.18, "stretch": 0.0}
+    first, after = (DepthFrame.from_array(np.full(SIZE, 0.18), unit=1e-5, **each) for each in (at, {**at, **other}))
+    tracker = HeightTracker()
+    tracker.update(first)
+    with pytest.raises(InvalidInput, match="a height tracker needs frames of one"):
+        tracker.update(after)
 
 
 @pytest.mark.parametrize("make", [HeightTracker, ContactDetector])
