@@ -83,7 +83,7 @@ class FreeView:
         check_kind("frame", frame, DepthFrame, FRAME)
         first = self._first = self._first or frame
         if frame.unit != first.unit:
-            raise InvalidInput("a free view needs frames of one camera: their unit differs")
+            raise InvalidInput("a free view needs frames of one camera: their unit or intrinsics differ")
         check_one_hand("free view", frame, first)
         self._latest.append(frame)
         if len(self._latest) > DELAY:
