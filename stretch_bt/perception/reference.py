@@ -52,6 +52,11 @@ class Reference:
         """Whether all its frames have come."""
         return self.learned >= self.count
 
+    @property
+    def _enough(self) -> int:
+        """In how many frames a pixel must be valid: of three, in two, or dropouts here and there would leave too few pixels."""
+        return max(math.floor(SEEN * self.learned), 1)
+
     def learn(self, depth: FloatArray | DepthFrame) -> None:
         """Take a depth image (h, w), m, or a frame into the reference; one without a valid pixel does not count."""
         image, valid = self._image(depth)
@@ -78,7 +83,7 @@ class Reference:
     @property
     def box(self) -> Window:
         """Rows and columns that hold all that the reference knows."""
-        known = self._seen >= SEEN * max(self.learned, 1)
+        known = self._seen >= self._enough
         return valid_box(known) if known.any() else np.s_[:, :]
 
     def rise(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
@@ -101,7 +106,7 @@ class Reference:
             raise NoContact("no frame had depth so far; look whether the camera sees the membrane")
         if self._mean is None:
             self._mean = (self._sum / np.maximum(self._seen, 1)).astype(np.float32)
-            self._known = self._seen >= SEEN * max(self.learned, 1)
+            self._known = self._seen >= self._enough
         known = valid & self._known[window]
         if not known.any():
             raise NoContact(
