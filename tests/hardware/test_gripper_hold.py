@@ -14,6 +14,8 @@ from stretch_bt.hardware.wire_thread import WireError
 class Wire:
     """Fingers on their way, to which no hold can be sent, on no new connection either."""
 
+    exchanges = 1
+
     def __init__(self, blocked):
         self.going = self.dead = False
         self.blocked = blocked
