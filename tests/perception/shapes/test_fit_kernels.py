@@ -84,7 +84,8 @@ def test_a_step_is_refused_where_the_equations_have_no_solution():
 
 def cells(count, rng):
     x, y, z, u, v = rng.uniform(0, 1, (5, count)) * [[1], [1], [1], [90], [90]]
-    return Cells(x, y, z, np.zeros((2, count)), u, v, rng.integers(1, 30, count).astype(float), np.zeros(3), 0.02)
+    lean, each, relative = np.zeros((2, count)), rng.integers(1, 30, count).astype(float), rng.uniform(0.5, 2.0, count)
+    return Cells(x, y, z, lean, u, v, each, np.zeros(3), 0.02, relative)
 
 
 def test_whitened_errors_are_those_of_the_covariance():
@@ -93,7 +94,8 @@ def test_whitened_errors_are_those_of_the_covariance():
     apart = (some.u[:, None] - some.u) ** 2 + (some.v[:, None] - some.v) ** 2
     spreads = [s**2 + np.add.outer(some.count, some.count) / 24 for _, s in noise.smooth]
     parts = [v * s**2 / w * np.exp(-apart / 4 / w) for (v, s), w in zip(noise.smooth, spreads, strict=True)]
-    covariance = sum(parts) / some.size**2 + np.diag(noise.own(some, 0.1))
+    own = np.maximum(noise.white / some.count, 0.01 * noise.variance)
+    covariance = (sum(parts) + np.diag(own)) * np.outer(some.relative_noise, some.relative_noise) / some.size**2
     whiten = whitener(noise.own(some, 0.1), noise.shared(some))
     wanted = solve_triangular(cholesky(covariance, lower=True), errors, lower=True)
     np.testing.assert_allclose(whiten(errors), wanted, rtol=1e-9)
