@@ -24,6 +24,8 @@ OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
 # second of STEEP and more; below the first, the top is round (balls of R 0.5 to 6 mm, `python -m benchmarks.height_noise --shape "analytic tip"`)
 TIP, STEEP = (0.25, 0.1, 0.0, 0.0, 0.0), (0.15, 0.3)
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
+# Standard deviations by which a disc's vertex may lie below the contact's own: beyond, the top is sharper than such a disc can show.
+SHARP = 3.0
 # factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
 SURER = 1.15
 # share of the difference between a disc and the contact alone, which is an error of the one or the other: noise chose the contact, and
@@ -47,14 +49,14 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
-    best, tip = _surest(top if enough else None, contact, around)
+    best, tip = _surest(top if enough else None, top, contact, around)
     if best is None:
         return top
     apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
     return Estimate(best.value + tip, math.hypot(SURER * best.sd, apart, tip))
 
 
-def _surest(best: Estimate | None, contact: Points, around: Points) -> tuple[Estimate | None, float]:
+def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Points) -> tuple[Estimate | None, float]:
     """Return the surest of a height, m, and the heights by wider discs, None where there is none, and how far a tip may stand above it, m."""
     tip = 0.0
     start, _, radius = disc_of(contact.cloud)
@@ -69,7 +71,9 @@ def _surest(best: Estimate | None, contact: Points, around: Points) -> tuple[Est
             found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
             continue
-        if found is not None and (best is None or found[0].sd < best.sd):
+        if found is None or found[0].value < alone.value - SHARP * math.hypot(found[0].sd, alone.sd):
+            continue
+        if best is None or found[0].sd < best.sd:
             best, tip = found
     return best, tip
 
