@@ -25,7 +25,7 @@ OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
 TIP, STEEP = (0.25, 0.1, 0.0, 0.0, 0.0), (0.15, 0.3)
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
 # Standard deviations by which a disc's vertex may lie below the contact's own: beyond, the top is sharper than such a disc can show.
-SHARP = 3.0
+SHARP = 2.5
 # factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
 SURER = 1.15
 # share of the difference between a disc and the contact alone, which is an error of the one or the other: noise chose the contact, and
