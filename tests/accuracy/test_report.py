@@ -14,7 +14,6 @@ from stretch_bt.accuracy.advice import NOT_MEASURED, Found
 from stretch_bt.accuracy.folder import write
 from stretch_bt.accuracy.job import CPU_MS, PRESSES, ROBOT_S, Panel
 from stretch_bt.accuracy.picture import draw
-from stretch_bt.accuracy.picture.scale import marks
 from stretch_bt.accuracy.points import Cost
 from stretch_bt.accuracy.summary import MANY, summarise
 from stretch_bt.accuracy.table import table
@@ -146,14 +145,6 @@ def test_labels_hide_neither_each_other_nor_a_point():
     for k, a in enumerate(boxes):
         for b in boxes[:k]:
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
-
-
-@pytest.mark.parametrize(
-    ("values", "wanted"),
-    [([12.0, 40.0], [10, 20, 50]), ([0.011], [0.01, 0.02]), ([1.0, 3e4], [1, 10, 100, 1e3, 1e4, 1e5])],
-)
-def test_an_axis_is_marked_from_below_the_least_to_above_the_largest(values, wanted):
-    assert list(marks(values)) == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize(("axis", "name"), [(ROBOT_S, "robot s"), (PRESSES, "presses")])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +11,10 @@ import numpy as np
 from stretch_bt.accuracy.job import Panel
 from stretch_bt.accuracy.picture.labels import Box, Label, placed
 from stretch_bt.accuracy.picture.marks import bar, open_mark, point
-from stretch_bt.accuracy.picture.scale import Scale, marks
 from stretch_bt.accuracy.points import Kind, Row
 from stretch_bt.accuracy.summary import MANY, Spread, Summary
+from stretch_bt.draw.axes import Frame, columns, rows, words
+from stretch_bt.draw.scale import Logarithmic, decades
 
 __all__ = ["HEIGHT", "WIDTH", "panel"]
 
@@ -34,11 +35,6 @@ class _Dot(NamedTuple):
         return self.summary.setting.series
 
 
-class _Frame(NamedTuple):
-    x: Callable[[float], float]
-    y: Callable[[float], float]
-
-
 def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[str, str], peers: frozenset[str]) -> str:
     """Return a diagram of some settings; empty where none has an error and a cost.
 
@@ -54,9 +50,9 @@ def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[st
         value for value, _, _ in lines
     ]
     failed = [(s, cost) for s in found if (cost := _failed_cost(which, s)) is not None]
-    across = Scale(marks([*(dot.cost for dot in dots), *(cost for _, cost in failed)]), _ROOM.left, _ROOM.right)
-    up = Scale(marks([e for e in errors if e > 0] or [1.0]), _ROOM.bottom, _ROOM.top)
-    frame = _Frame(across.place, up.place)
+    across = Logarithmic(decades([*(dot.cost for dot in dots), *(cost for _, cost in failed)]), _ROOM.left, _ROOM.right)
+    up = Logarithmic(decades([e for e in errors if e > 0] or [1.0]), _ROOM.bottom, _ROOM.top)
+    frame = Frame(across, up)
     floor, taken = _floors(frame, lines)
     by_cost = sorted(dots, key=lambda dot: dot.cost)
     series = {name: [dot for dot in by_cost if dot.series == name] for name in colors}
@@ -105,40 +101,35 @@ def _unanswered(which: Panel, summary: Summary) -> list[Row]:
     return [row for row in summary.unanswered if row.error_kind == which.kind]
 
 
-def _axes(which: Panel, kind: Kind, across: Scale, up: Scale) -> str:
+def _axes(which: Panel, kind: Kind, across: Logarithmic, up: Logarithmic) -> str:
     middle = (_ROOM.left + _ROOM.right) / 2
     unit = "" if kind.unit == "1" else f", {kind.unit}"
-    title = html.escape(which.title or f"error of the {which.kind.replace('_', ' ')}")
-    parts = [
-        f'<text class="t" x="14" y="20">{title}{html.escape(unit)}</text>',
-        f'<text class="m" x="{middle:.1f}" y="{_ROOM.bottom + 36:.1f}">{html.escape(which.axis.name)}</text>',
-    ]
-    for mark in across.marks:
-        x = across.place(mark)
-        parts.append(f'<path class="g" d="M{x:.1f} {_ROOM.top:g}V{_ROOM.bottom:g}"/>')
-        parts.append(f'<text class="m" x="{x:.1f}" y="{_ROOM.bottom + 16:.1f}">{mark:g}</text>')
-    for mark in up.marks:
-        y = up.place(mark)
-        parts.append(f'<path class="g" d="M{_ROOM.left:g} {y:.1f}H{_ROOM.right:g}"/>')
-        parts.append(f'<text class="e" x="{_ROOM.left - 6:.1f}" y="{y + 4:.1f}">{mark:g}</text>')
-    return "".join(parts)
+    title = which.title or f"error of the {which.kind.replace('_', ' ')}"
+    below = [(across.place(mark), f"{mark:g}") for mark in across.marks]
+    beside = [(up.place(mark), f"{mark:g}") for mark in up.marks]
+    return (
+        f'<text class="t" x="14" y="20">{html.escape(title + unit)}</text>'
+        + words(middle, _ROOM.bottom + 36, which.axis.name, "m")
+        + columns(below, _ROOM.top, _ROOM.bottom, _ROOM.bottom + 16, "m")
+        + rows(beside, _ROOM.left, _ROOM.right, "e")
+    )
 
 
-def _floors(frame: _Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[Box]]:
+def _floors(frame: Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[Box]]:
     """Return the dashed lines with their names, and the room that these take."""
     parts, taken = [], []
-    for value, style, words in lines:
+    for value, style, name in lines:
         y = frame.y(value)
         parts.append(f'<path class="{style}" d="M{_ROOM.left:g} {y:.1f}H{_ROOM.right:g}"/>')
-        parts.append(f'<text class="l e" x="{_ROOM.right - 2:.1f}" y="{y - 4:.1f}">{html.escape(words)}</text>')
+        parts.append(words(_ROOM.right - 2, y - 4, name, "l e"))
         taken += [
-            Box(_ROOM.right - 6.1 * len(words), y - 14, _ROOM.right, y),
+            Box(_ROOM.right - 6.1 * len(name), y - 14, _ROOM.right, y),
             Box(_ROOM.left, y - 1, _ROOM.right, y + 1),
         ]
     return "".join(parts), taken
 
 
-def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
+def _series(frame: Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
     places = [(frame.x(dot.cost), frame.y(dot.errors.median)) for dot in dots]
     steps = sum(any(c.isdigit() for c in dot.summary.setting.variant) for dot in dots)
     line = f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" stroke="{color}" opacity="0.45"/>'
@@ -153,7 +144,7 @@ def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
 
 
 def _labels(
-    frame: _Frame,
+    frame: Frame,
     peers: frozenset[str],
     colors: Mapping[str, str],
     dots: Sequence[_Dot],
