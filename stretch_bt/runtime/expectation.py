@@ -11,7 +11,7 @@ from typing import Any
 from stretch_bt.errors import Diagnostic
 from stretch_bt.runtime.mock_node import pattern_fits
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.types import FLOAT, Type

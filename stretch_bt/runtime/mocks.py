@@ -22,7 +22,8 @@ from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
 from stretch_bt.runtime.mock_value import check_port, mock_value
 from stretch_bt.source import Mark, Scalar, Value, closest, did_you_mean
-from stretch_bt.tree.build import Builder, BuiltTree, build
+from stretch_bt.tree.build import Builder, build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.expression import ExpressionError, bind, parse, typecheck
 from stretch_bt.tree.flow import Leaf, Part

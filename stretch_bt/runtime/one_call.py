@@ -16,6 +16,7 @@ from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Document, Signature
 from stretch_bt.tree.headings import FORMAT
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.node_wiring import givers
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.program import Program, load_program
@@ -126,7 +127,7 @@ def called(name: str) -> Called:
     return _node(info)
 
 
-def _node(info: registry.NodeInfo) -> Called:
+def _node(info: NodeInfo) -> Called:
     outs = {n: t for n, t in info.outputs.items() if n in info.ports}
     ins = {p.name: info.types[p.name] for p in info.of(Role.INPUT)}
     devices = {p.name: (info.types[p.name].name, not p.optional) for p in info.of(Role.DEVICE)}

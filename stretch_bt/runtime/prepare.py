@@ -24,7 +24,8 @@ from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program
 from stretch_bt.units import plain_list, plain_number

@@ -21,7 +21,7 @@ from stretch_bt.runtime.safe_end import SafeEnd, Stoppable, explained
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.runtime.ticker import Planned, Ticker
 from stretch_bt.runtime.watcher import Watcher
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.units import format_duration
 
 __all__ = ["LONGEST", "Runner"]

@@ -13,9 +13,9 @@ from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
 from stretch_bt.runtime.mock_arrays import array_of
 from stretch_bt.runtime.partial_record import FieldReader, record_of
 from stretch_bt.source import Mark, Scalar, did_you_mean
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.port_check import PortCheck
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import Refused, literal
 from stretch_bt.units import Estimate

@@ -11,8 +11,8 @@ from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared_signatures import shared_signatures
 from stretch_bt.tree.types import ANY, STR, Type
 from stretch_bt.tree.values import braces, literal_type, sample

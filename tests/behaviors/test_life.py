@@ -17,8 +17,9 @@ from stretch_bt.behaviors.records import FreeMembrane, Touch
 from stretch_bt.errors import NotReady
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.ports import MISSING, Behavior, Port, Role, Status
-from stretch_bt.tree.registry import NodeInfo, load_all
+from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.types import Family
 
 NODES = {

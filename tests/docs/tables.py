@@ -48,7 +48,8 @@ def code(text: str) -> str:
 
 def described() -> list[dict[str, Any]]:
     """Return every shipped node as `nodes --json` has it."""
-    from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.node_description import describe
+    from stretch_bt.tree.registry import load_all
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
     found = [describe(info) for info in load_all().values() if info.cls.__module__.startswith("stretch_bt.")]

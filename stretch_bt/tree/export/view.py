@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from stretch_bt.tree.flow import Call, Leaf, Part
 from stretch_bt.tree.flow.guard import Check
+from stretch_bt.tree.node_info import first_paragraph
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.program import Program, TreeBody
-from stretch_bt.tree.registry import first_paragraph
 
 __all__ = ["View", "around_text", "kind_of", "views"]
 
