@@ -13,8 +13,9 @@ from rich.table import Table
 from stretch_bt.cli.output import AsJson, emit_json
 from stretch_bt.cli.rows import add_row
 from stretch_bt.errors import InvalidInput, TreeError
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.source import did_you_mean
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS
 
 if TYPE_CHECKING:
     from stretch_bt.tree.node_info import NodeInfo

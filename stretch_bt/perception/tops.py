@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
+from stretch_bt.perception.noise_of_frame import noise_spectrum
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.surface import clean
 from stretch_bt.perception.top import Places, Points, Top

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stretch_bt.errors import Diagnostic
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.runtime.mock_node import pattern_fits
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
 from stretch_bt.tree.built_tree import BuiltTree
@@ -16,7 +17,6 @@ from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.types import FLOAT, Type
 from stretch_bt.tree.values import Refused, literal, refuse
-from stretch_bt.units import format_quantity
 
 __all__ = ["Expectation", "WantedOutput", "command_names", "wanted_output"]
 

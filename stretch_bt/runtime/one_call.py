@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number, plain_number
 from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Document, Signature
@@ -23,7 +24,7 @@ from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.tree.values import Refused, example, literal
-from stretch_bt.units import Estimate, is_number, parse_time, plain_number
+from stretch_bt.units import Estimate, parse_time
 
 __all__ = ["MODIFIERS", "Called", "OneCall", "called", "names"]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["SUMMARY", "Group", "Output", "Summary", "can_be_summed_up", "write_summary"]
 

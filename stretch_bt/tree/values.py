@@ -8,19 +8,10 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
+from stretch_bt.quantity_text import digits_apart, format_quantity
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
-from stretch_bt.units import (
-    KINDS,
-    NUMBER,
-    digits_apart,
-    format_quantity,
-    parse_quantity,
-    parse_unit,
-    suggest_quantity,
-    unit_names,
-    without_unit,
-)
+from stretch_bt.units import KINDS, NUMBER, parse_quantity, parse_unit, suggest_quantity, unit_names, without_unit
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(

@@ -14,7 +14,8 @@ from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.driver import Mistake, Options, missing_file
 from stretch_bt.hardware.realsense.messages import Settings
 from stretch_bt.hardware.realsense.wire import PORT
-from stretch_bt.units import KINDS, Length, Time, Within
+from stretch_bt.units import KINDS, Length, Time
+from stretch_bt.within import Within
 
 __all__ = ["RealsenseOptions"]
 

@@ -18,7 +18,8 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.peak_force import Stopping
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, sample_limit
 from stretch_bt.hardware.ur.messages import Settings
-from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time, Within
+from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time
+from stretch_bt.within import Within
 
 __all__ = ["Placement", "UrOptions"]
 

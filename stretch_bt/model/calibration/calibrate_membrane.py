@@ -17,7 +17,8 @@ from stretch_bt.model.force.force_model import Range
 from stretch_bt.model.force.membrane import MembraneModel
 from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.force.membrane_table import read_table
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.force_model import ForceModel
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["LocalForces", "local_forces"]
 

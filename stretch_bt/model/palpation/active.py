@@ -26,7 +26,7 @@ from stretch_bt.model.palpation.planning import (
     stretches,
 )
 from stretch_bt.model.palpation.series import Series
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
 

@@ -14,7 +14,9 @@ from stretch_bt.model.force.force_model import ForceModel, check_model
 from stretch_bt.model.force.local import Pressed
 from stretch_bt.model.palpation.indentation import next_indentation
 from stretch_bt.model.palpation.series import ROBOT, Series
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = [
     "MARGIN",

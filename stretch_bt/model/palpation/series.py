@@ -15,7 +15,9 @@ from stretch_bt.model.force.force_model import ForceModel, change_by_size, check
 from stretch_bt.model.force.local import Pressed, local_forces
 from stretch_bt.model.palpation.balance import FLATTEST, LAW, STEEPEST, Balance, presses_of
 from stretch_bt.model.palpation.law import ObjectLaw
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["POWER", "STIFFENING", "Series", "TopReading", "fit_series"]
 

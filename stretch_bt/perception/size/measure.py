@@ -22,7 +22,7 @@ from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
 from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import FloatArray, LabelArray
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["diameters", "measure_contact"]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.outline import Outline, Rectangle
 from stretch_bt.simulation.membrane.sheet.spline import Array
-from stretch_bt.units import is_number
 
 __all__ = ["Sheet"]
 
