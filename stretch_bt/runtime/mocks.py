@@ -30,7 +30,7 @@ from stretch_bt.tree.flow import Leaf, Part
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.program import Program, find_tree
 from stretch_bt.tree.types import BOOL, Type
-from stretch_bt.tree.values import Refused
+from stretch_bt.tree.values import ValueRefused
 
 __all__ = ["Mocks", "check_mocks", "for_another", "tree_of"]
 
@@ -176,7 +176,7 @@ class Mocks:
                 if check is not None:
                     for given in values:
                         check_port(given, check, value, name)
-            except Refused as refused:
+            except ValueRefused as refused:
                 self.diagnostics += [refused.diagnostic, *refused.others]
             else:
                 found += values

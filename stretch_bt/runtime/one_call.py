@@ -23,7 +23,7 @@ from stretch_bt.tree.port import Role
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, example, literal
+from stretch_bt.tree.values import ValueRefused, example, literal
 from stretch_bt.units import Estimate, parse_time
 
 __all__ = ["MODIFIERS", "Called", "OneCall", "called", "names"]
@@ -247,7 +247,7 @@ class OneCall:
             return value
         try:
             return literal(Scalar(value, type_.kind is None, Mark(self.target.name, 1, 1)), type_, name)
-        except Refused as refused:
+        except ValueRefused as refused:
             raise InvalidInput(f"{self.target.name}: {refused.diagnostic.message}") from None
 
     def _wrong(self, name: str, value: Any, type_: Type) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from stretch_bt.draw.axes import columns, words
 from stretch_bt.draw.scale import Linear
 from stretch_bt.runtime.report.text import escape, number
-from stretch_bt.sweep.summary import Group, Output, Summary
+from stretch_bt.sweep.summary import Output, Summary, SweepGroup
 
 __all__ = ["draw", "write_pictures"]
 
@@ -48,7 +48,7 @@ def _scale(outputs: Sequence[Output]) -> Linear:
     return Linear(low - margin, high + margin, LEFT, WIDTH - RIGHT)
 
 
-def draw(name: str, shown: Sequence[tuple[Group, Output]]) -> str:
+def draw(name: str, shown: Sequence[tuple[SweepGroup, Output]]) -> str:
     """Return the picture of one output of some groups, the first hundred of them."""
     left_out, shown = max(len(shown) - MOST_GROUPS, 0), shown[:MOST_GROUPS]
     scale = _scale([output for _, output in shown])
@@ -64,7 +64,7 @@ def draw(name: str, shown: Sequence[tuple[Group, Output]]) -> str:
     return f'{head}<style>{_STYLE}</style><rect width="{WIDTH}" height="{height}" fill="#fff"/>{body}</svg>\n'
 
 
-def _line(scale: Linear, y: float, group: Group, output: Output) -> str:
+def _line(scale: Linear, y: float, group: SweepGroup, output: Output) -> str:
     values = np.sort(np.asarray(output.values, np.float64))
     step = math.ceil(len(values) / MOST_DOTS)
     dots = "".join(f'<circle class="d" cx="{scale.place(v):.1f}" cy="{y:.1f}" r="3"/>' for v in values[::step])

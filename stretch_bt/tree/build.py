@@ -34,7 +34,7 @@ from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.wire_reader import Frame, WireReader
+from stretch_bt.tree.wire_reader import TreeCells, WireReader
 
 __all__ = ["Builder", "Substitutes", "build"]
 
@@ -70,7 +70,7 @@ class Builder(WireReader):
     def __init__(self, program: Program, context: Context, substitutes: Substitutes | None, within: str = "") -> None:
         self.program = program
         self.base = f"{within}/{program.entry}" if within else program.entry
-        super().__init__(context, Frame(program.main.signature, self.base))
+        super().__init__(context, TreeCells(program.main.signature, self.base))
         self.substitutes = substitutes
         self.paths = Paths()
         self.nodes: dict[str, Node] = {}
@@ -141,7 +141,7 @@ class Builder(WireReader):
 
     # --- cells
 
-    def own_cells(self, frame: Frame, declared: list[Declared]) -> list[tuple[Cell, Any]]:
+    def own_cells(self, frame: TreeCells, declared: list[Declared]) -> list[tuple[Cell, Any]]:
         """Add fresh cells to a frame and return them with their defaults."""
         fresh = []
         for d in declared:
@@ -216,7 +216,7 @@ class Builder(WireReader):
         """Build a called tree with cells of its own."""
         body = self.program.body(part.target)
         given = {name: self.frame.devices.get(outer, outer) for name, outer in part.devices.items()}
-        frame = Frame(part.target, path, devices=self.frame.devices | given)
+        frame = TreeCells(part.target, path, devices=self.frame.devices | given)
         for declared in part.target.ins.values():
             frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
         taken = {d.name: self.taken(part, d, path) for d in part.target.outs.values()}

@@ -10,14 +10,14 @@ from stretch_bt.errors import Diagnostic, NoAnswer
 from stretch_bt.source import TRUTHS, Mark, Scalar, Seq, Value
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
-from stretch_bt.tree.expression.parse import Call, Constant, Name
+from stretch_bt.tree.expression.parse import Constant, FunctionCall, Name
 from stretch_bt.tree.expression.typecheck import Origin, Unresolved
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import NONE, Family, Type
 from stretch_bt.tree.values import (
     NAMED,
-    Refused,
+    ValueRefused,
     braces,
     check_bounds,
     example,
@@ -87,7 +87,7 @@ class ValueWiring:
                 wire = Wire(value.mark, value=literal(value, type_, what))
             if wire is not None and wire.is_constant and wire.value is not None:
                 check_bounds(wire.value, type_, low, high, value.mark, what)
-        except Refused as refused:
+        except ValueRefused as refused:
             self.diagnostics.append(refused.diagnostic)
             return None
         if wire is not None and wire.is_constant and wire.value is None and not takes_none:
@@ -223,7 +223,7 @@ def _is_option(expression: Expression, type_: Type) -> bool:
 def _passes_error_on(expression: Expression) -> bool:
     """Whether the value of an expression carries the error of its parts."""
     carries = ("mean", "median", "min", "max", "at")
-    if not isinstance(expression, Call):
+    if not isinstance(expression, FunctionCall):
         return isinstance(expression, Name)
     return expression.function in carries and len(expression.arguments) <= 1 + (expression.function == "at")
 

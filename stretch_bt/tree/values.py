@@ -27,7 +27,7 @@ NAMED = re.compile(r"\$[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 
 __all__ = [
     "NAMED",
-    "Refused",
+    "ValueRefused",
     "braces",
     "check_bounds",
     "example",
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 
-class Refused(StretchError):
+class ValueRefused(StretchError):
     """A piece of a file is wrong; `.diagnostic` says where and why, and `.others` are further mistakes in it."""
 
     def __init__(self, diagnostic: Diagnostic, *others: Diagnostic) -> None:
@@ -53,7 +53,7 @@ class Refused(StretchError):
 
 def refuse(mark: Mark, code: str, message: str, hint: str = "") -> NoReturn:
     """Raise Refused with an error at this place."""
-    raise Refused(mark.error(code, message, hint))
+    raise ValueRefused(mark.error(code, message, hint))
 
 
 def reads_as_expression(value: Scalar) -> bool:

@@ -17,11 +17,11 @@ from stretch_bt.tree.feeds import error_of_field, present
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.scope import TreeScope
 
-__all__ = ["Frame", "WireReader"]
+__all__ = ["TreeCells", "WireReader"]
 
 
 @dataclass(slots=True)
-class Frame:
+class TreeCells:
     """The cells of one use of a tree."""
 
     signature: Signature
@@ -38,7 +38,7 @@ class Frame:
 class WireReader:
     """Gives functions that read the wires of the tree whose frame is present."""
 
-    def __init__(self, context: Context, frame: Frame) -> None:
+    def __init__(self, context: Context, frame: TreeCells) -> None:
         self.context = context
         self.frame = frame
         #: readings in expressions, as `arm.force`

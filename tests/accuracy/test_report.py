@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy import Domain, Kind, Row, Setting, domains, file, page
-from stretch_bt.accuracy.advice import NOT_MEASURED, Found
+from stretch_bt.accuracy.advice import NOT_MEASURED, DomainSummaries
 from stretch_bt.accuracy.folder import write
 from stretch_bt.accuracy.job import CPU_MS, PRESSES, ROBOT_S, Panel
 from stretch_bt.accuracy.picture import draw
@@ -163,13 +163,13 @@ def test_other_costs_are_drawn_where_a_panel_asks_for_them(axis, name):
 
 
 def test_what_to_take_is_in_the_rows():
-    found = Found(DOMAIN, ROWS)
+    found = DomainSummaries(DOMAIN, ROWS)
     assert (
         found.default("force", CPU_MS) == "**sheet: coarse** (1 % off in the median, 1.9 % 95th percentile, 10 CPU ms)"
     )
     assert found.cheapest("force", CPU_MS, 0.02).startswith("**sheet: coarse**")
     assert found.cheapest("force", CPU_MS, 0.0012) == NOT_MEASURED  # the fine one has no answer for one case
-    whole = Found(DOMAIN, [r for r in ROWS if r.status != "refused"])
+    whole = DomainSummaries(DOMAIN, [r for r in ROWS if r.status != "refused"])
     assert whole.cheapest("force", CPU_MS, 0.0012).startswith("**sheet: fine** (0.06 % off")
     assert whole.cheapest("force", CPU_MS, 1e-5) == NOT_MEASURED
     assert found.setting(Setting("sheet", "none"), "force", CPU_MS) == NOT_MEASURED

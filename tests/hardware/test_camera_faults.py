@@ -16,7 +16,7 @@ from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.realsense.inbox import Inbox
 from stretch_bt.hardware.realsense.judge import Counters
@@ -71,7 +71,7 @@ OTHERS = {"exchange"}
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory, write_cell):
     """A cell on a stand-in, which the tests leave ready."""
-    behind = RealsenseStandIn("127.0.0.1", Stage(), {"depth": 0})
+    behind = RealsenseStandIn("127.0.0.1", StandInWorld(), {"depth": 0})
     path = write_cell(tmp_path_factory.mktemp("camera"), "realsense", "depth", behind.start()["depth"], lost_after=LOST)
     cell = open_cell(load_cell(path), now=time.monotonic)
     cell.stand_in = behind

@@ -18,7 +18,7 @@ from stretch_bt.hardware.channel import Channel
 from stretch_bt.hardware.messages import Lost
 from stretch_bt.hardware.realsense import sources
 from stretch_bt.hardware.realsense.judge import Judge, Shot
-from stretch_bt.hardware.realsense.messages import CODEC, Settings
+from stretch_bt.hardware.realsense.messages import CODEC, CameraSettings
 from stretch_bt.hardware.realsense.sources import Source
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
 
@@ -223,7 +223,7 @@ def test_a_recording_is_ended_also_when_its_camera_is_lost(tmp_path):
     ours, theirs = socket.socketpair()
     channel, given = Channel(ours, CODEC), [theirs.fileno(), os.memfd_create("frames")]
     os.ftruncate(given[1], 1 << 12)
-    channel.send(Settings(**{**CAMERA_SETTINGS, "host": None}))
+    channel.send(CameraSettings(**{**CAMERA_SETTINGS, "host": None}))
     command = [sys.executable, "-c", LOSES, *map(str, given), str(tmp_path / "recording")]
     assert subprocess.run(command, pass_fds=given, timeout=60).returncode == 0
     theirs.close()
@@ -243,7 +243,7 @@ def test_the_library_is_there_before_frames_come(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
         with pytest.raises(ImportError):
-            sources.open_source(Settings(**{**CAMERA_SETTINGS, "host": host, "port": port}))
+            sources.open_source(CameraSettings(**{**CAMERA_SETTINGS, "host": host, "port": port}))
         server.setblocking(False)
         with pytest.raises(BlockingIOError):
             server.accept()

@@ -22,10 +22,10 @@ from stretch_bt.hardware.ur.messages import (
     Engage,
     Engaged,
     Feel,
-    Felt,
     Follow,
     Guard,
     Guarded,
+    MeanWrench,
     Stop,
     Stopped,
     Zero,
@@ -252,7 +252,7 @@ def test_force_is_averaged_and_its_zero_taken_off(rig):
     rig.force = (3.0, 0.0, 4.0)
     rig.cycle(Feel(5, 0.2))
     rig.cycles(40)
-    (felt,) = rig.said(Felt)
+    (felt,) = rig.said(MeanWrench)
     assert felt.wrench[:3] == pytest.approx((3.0, 0.0, 4.0), abs=1e-2)
     assert felt.count == pytest.approx(0.2 / DT, abs=2)
     rig.cycle(Zero(6, felt.wrench))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
@@ -11,7 +11,7 @@ from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 @pytest.fixture
 def dashboard(request):
     """The dashboard of a controller that nobody cycles, with its controller."""
-    made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", Stage())
+    made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", StandInWorld())
     found = Dashboard("127.0.0.1", 0, made.controller, made.faults)
     made.controller.inject = made.faults.inject
     yield lambda line: found.answer(line.encode()), made.controller

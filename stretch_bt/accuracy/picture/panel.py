@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stretch_bt.accuracy.job import Panel
-from stretch_bt.accuracy.picture.labels import Box, Label, placed
+from stretch_bt.accuracy.picture.labels import Label, LabelBox, placed
 from stretch_bt.accuracy.picture.marks import bar, open_mark, point
 from stretch_bt.accuracy.points import Kind, Row
 from stretch_bt.accuracy.summary import MANY, Spread, Summary
@@ -19,7 +19,7 @@ from stretch_bt.draw.scale import Logarithmic, decades
 __all__ = ["HEIGHT", "WIDTH", "panel"]
 
 WIDTH, HEIGHT = 660, 470
-_ROOM = Box(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
+_ROOM = LabelBox(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
 _FAILED = 44.0  # y of the marks of cases without an answer
 
 
@@ -115,7 +115,7 @@ def _axes(which: Panel, kind: Kind, across: Logarithmic, up: Logarithmic) -> str
     )
 
 
-def _floors(frame: Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[Box]]:
+def _floors(frame: Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[LabelBox]]:
     """Return the dashed lines with their names, and the room that these take."""
     parts, taken = [], []
     for value, style, name in lines:
@@ -123,8 +123,8 @@ def _floors(frame: Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str,
         parts.append(f'<path class="{style}" d="M{_ROOM.left:g} {y:.1f}H{_ROOM.right:g}"/>')
         parts.append(words(_ROOM.right - 2, y - 4, name, "l e"))
         taken += [
-            Box(_ROOM.right - 6.1 * len(name), y - 14, _ROOM.right, y),
-            Box(_ROOM.left, y - 1, _ROOM.right, y + 1),
+            LabelBox(_ROOM.right - 6.1 * len(name), y - 14, _ROOM.right, y),
+            LabelBox(_ROOM.left, y - 1, _ROOM.right, y + 1),
         ]
     return "".join(parts), taken
 
@@ -149,7 +149,7 @@ def _labels(
     colors: Mapping[str, str],
     dots: Sequence[_Dot],
     failed: Sequence[tuple[Summary, float]],
-    taken: Sequence[Box],
+    taken: Sequence[LabelBox],
 ) -> str:
     labels, boxes = [], [*taken]
     for dot in dots:
@@ -159,11 +159,11 @@ def _labels(
         words = str(setting) if alone else setting.variant or dot.series
         words = f"default: {words}" if dot.summary.default else words
         labels.append(Label(x, y, words, colors[dot.series], dot.summary.default))
-        boxes += [Box(x - 6, y - 6, x + 6, y + 6), Box(x - 4, end, x + 4, y)]
+        boxes += [LabelBox(x - 6, y - 6, x + 6, y + 6), LabelBox(x - 4, end, x + 4, y)]
     for summary, cost in failed:
         x, count = frame.x(cost), len({(r.case, r.seed) for r in summary.unanswered})
         setting = summary.setting
         words = f"{setting.variant or setting.series}: {count} of {count + summary.answered}"
         labels.append(Label(x, _FAILED, words, colors[summary.setting.series]))
-        boxes.append(Box(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
-    return placed(labels, boxes, Box(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))
+        boxes.append(LabelBox(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
+    return placed(labels, boxes, LabelBox(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))

@@ -20,11 +20,11 @@ from stretch_bt.runtime.task import run
 from stretch_bt.simulation.above import distances, upper_surface
 from stretch_bt.simulation.scene import Scene, load_scene
 
-__all__ = ["Found", "Unfinished", "grid", "reconstructed"]
+__all__ = ["ReconstructionOutcome", "Unfinished", "grid", "reconstructed"]
 
 
 @dataclass(frozen=True)
-class Found:
+class ReconstructionOutcome:
     """The outcome of a run: shares, m, s; `errors` of the graded dimensions in mm, with their deviations."""
 
     coverage: float
@@ -55,7 +55,7 @@ class Unfinished:
         return self.reason
 
 
-def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | Unfinished:
+def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> ReconstructionOutcome | Unfinished:
     """Return the outcome of a run against the scene's truth, or why there is none."""
     began = time.process_time()
     known: Scene = load_scene(scene)
@@ -80,7 +80,7 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         return float(above.areas[over < most].sum() / above.areas.sum())
 
     out = {name: value["value"] for name, value in result.outputs.items()}
-    return Found(
+    return ReconstructionOutcome(
         coverage=float(above.areas[felt].sum() / above.areas.sum()),
         stated=out["coverage"],
         rms=_rms(off, points),

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.realsense.wire import PORT, Described, Picture
 
@@ -67,7 +67,7 @@ class RealsenseStandIn(StandIn):
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
     SENSES: ClassVar[tuple[str, ...]] = ("seen",)
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._random = np.random.default_rng(stage.seed)
         self._view = stage.camera(_RATE)

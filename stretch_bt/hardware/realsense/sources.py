@@ -19,7 +19,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.realsense.judge import Shot
 from stretch_bt.hardware.realsense.library import library
-from stretch_bt.hardware.realsense.messages import Settings
+from stretch_bt.hardware.realsense.messages import CameraSettings
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture
 
 __all__ = ["Source", "open_source"]
@@ -34,7 +34,7 @@ _THROUGH = 0.2
 class Source:
     """The depth sensor of a device, and the syncer that collects its frames."""
 
-    def __init__(self, device: Any, settings: Settings) -> None:
+    def __init__(self, device: Any, settings: CameraSettings) -> None:
         self._rs = library()
         self._device = device if settings.record is None else self._recorded(device, Path(settings.record))
         self._sensor, self._profile = self._stream(settings)
@@ -96,7 +96,7 @@ class Source:
                 raise
             return self._rs.recorder(f"{stem}.db3", device)
 
-    def _stream(self, settings: Settings) -> tuple[Any, Any]:
+    def _stream(self, settings: CameraSettings) -> tuple[Any, Any]:
         """Return the sensor that has the depth stream that is asked for, and its profile."""
         found = []
         for sensor in self._device.query_sensors():
@@ -116,7 +116,7 @@ class Source:
 class _Played(Source):
     """A recording, at its own pace."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: CameraSettings) -> None:
         rs = library()
         self._statuses: list[Any] = []
         super().__init__(rs.context().load_device(settings.file), settings)
@@ -132,7 +132,7 @@ class _Played(Source):
 class _Fed(Source):
     """The software device, fed with what a stand-in sends."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: CameraSettings) -> None:
         library()  # before frames come, which would wait meanwhile and be taken for quick ones
         address = (settings.host, settings.port)
         try:
@@ -246,7 +246,7 @@ def _intrinsics(rs: Any, profile: Any) -> Intrinsics:
     return Intrinsics(lens.fx, lens.fy, lens.ppx, lens.ppy, lens.width, lens.height, (k1, k2, p1, p2, k3))
 
 
-def open_source(settings: Settings) -> Source:
+def open_source(settings: CameraSettings) -> Source:
     """Return what the settings name, not yet started; raises OSError, InvalidInput or RuntimeError where it cannot be had."""
     if settings.file is not None:
         return _Played(settings)

@@ -10,7 +10,7 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInpu
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
-from stretch_bt.hardware.robotiq.registers import PASSING, Stage, Status
+from stretch_bt.hardware.robotiq.registers import PASSING, ActivationStage, Status
 from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
@@ -184,7 +184,7 @@ class RobotiqDriver(GripperDriver, ABC):
         if fault is not None and status.fault not in PASSING:
             raise fault
         if not status.ready:
-            state = "is being activated" if status.stage is Stage.ACTIVATING else "is not activated"
+            state = "is being activated" if status.stage is ActivationStage.ACTIVATING else "is not activated"
             reason = (
                 f"it {state}; take the membrane off, keep clear of the fingers, which travel all their way, "
                 "and run: stretch-bt activate CELL"
@@ -264,7 +264,7 @@ def _hold(wire: ScreenedWire, activating: bool) -> None:
     An activation of our own is broken off whatever the gripper says: it may not say yet that it has begun.
     """
     status = wire.bare.read()
-    if activating or status.stage is Stage.ACTIVATING:
+    if activating or status.stage is ActivationStage.ACTIVATING:
         wire.reset()
     elif status.ready:
         wire.hold(status)

@@ -13,12 +13,23 @@ from typing import NamedTuple
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["FAULTS", "PASSING", "READ_FROM", "WRITE_TO", "Command", "Fault", "Found", "Stage", "Status", "fault_of"]
+__all__ = [
+    "FAULTS",
+    "PASSING",
+    "READ_FROM",
+    "WRITE_TO",
+    "ActivationStage",
+    "Command",
+    "Fault",
+    "ObjectStatus",
+    "Status",
+    "fault_of",
+]
 
 WRITE_TO, READ_FROM, COUNT = 0x03E8, 0x07D0, 3
 
 
-class Stage(IntEnum):
+class ActivationStage(IntEnum):
     """How far activation is (gSTA)."""
 
     RESET = 0
@@ -27,7 +38,7 @@ class Stage(IntEnum):
     ACTIVE = 3
 
 
-class Found(IntEnum):
+class ObjectStatus(IntEnum):
     """What the fingers met (gOBJ); holds only when gGTO is set and the echo is the position that was asked for."""
 
     MOVING = 0
@@ -76,8 +87,8 @@ class Status:
 
     activated: bool
     going: bool
-    stage: Stage
-    found: Found
+    stage: ActivationStage
+    found: ObjectStatus
     fault: int
     echo: int
     position: int
@@ -95,8 +106,8 @@ class Status:
         return cls(
             activated=bool(action & 1),
             going=bool(action >> 3 & 1),
-            stage=Stage(action >> 4 & 3),
-            found=Found(action >> 6),
+            stage=ActivationStage(action >> 4 & 3),
+            found=ObjectStatus(action >> 6),
             fault=fault >> 8 & 0x0F,  # the high half of the byte belongs to an optional controller
             echo=fault & 0xFF,
             position=place >> 8,
@@ -111,7 +122,7 @@ class Status:
     @property
     def ready(self) -> bool:
         """Whether it takes motions."""
-        return self.activated and self.stage is Stage.ACTIVE
+        return self.activated and self.stage is ActivationStage.ACTIVE
 
 
 @dataclass(frozen=True, slots=True)

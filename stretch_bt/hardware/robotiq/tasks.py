@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
-from stretch_bt.hardware.robotiq.registers import PASSING, Found, Stage, Status, fault_of
+from stretch_bt.hardware.robotiq.registers import PASSING, ActivationStage, ObjectStatus, Status, fault_of
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
 __all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
@@ -106,7 +106,7 @@ class Journey(Task):
             return
         if status.position != self._position:
             self._position, self._progress = status.position, max(now, self._progress)
-        if heard and status.found is not Found.MOVING:
+        if heard and status.found is not ObjectStatus.MOVING:
             self._arrived(status)
         if self._target.led and self._sent is not None and abs(status.position - self._sent) <= 1:
             self._progress = now  # they wait for the next count
@@ -128,7 +128,7 @@ class Journey(Task):
 
     def _arrived(self, status: Status) -> None:
         near = abs(self._opening(status.position) - self._target.opening) <= self._tolerance
-        met = status.found in (Found.WHILE_OPENING, Found.WHILE_CLOSING)
+        met = status.found in (ObjectStatus.WHILE_OPENING, ObjectStatus.WHILE_CLOSING)
         if self._sent == self._target.count:
             self.state = MotionState.DONE if near else MotionState.BLOCKED
         elif met:
@@ -172,7 +172,7 @@ class Activation(Task):
     def after(self, wire: GripperWire, status: Status, now: float) -> None:
         """Go on to the activation once the reset is confirmed."""
         if not self._activated:
-            if status.stage is Stage.RESET and not status.activated:
+            if status.stage is ActivationStage.RESET and not status.activated:
                 wire.activate()
                 self._activated = True
         elif status.fault:

@@ -31,13 +31,13 @@ from stretch_bt.hardware.ur.messages import (
     Alive,
     ArmState,
     Beat,
+    ControllerSettings,
     Engage,
     Feel,
-    Felt,
     Follow,
     Guard,
     Guarded,
-    Settings,
+    MeanWrench,
     Six,
     Stop,
     Stopped,
@@ -65,7 +65,7 @@ class Control:
         What it goes by.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: ControllerSettings) -> None:
         self.settings = settings
         self.mounting = Mounting(settings)
 
@@ -156,7 +156,7 @@ class _Cycle:
         self.state = replace(self.state, feeling=None if over else replace(feeling, samples=samples))
         if over:
             mean = cast(Six, tuple(np.mean(samples, axis=0).tolist()))
-            self._say(Felt(feeling.number, mean, len(samples)))
+            self._say(MeanWrench(feeling.number, mean, len(samples)))
 
     # --- what the driver asks
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from stretch_bt.hardware.slack import SLACK, most_measured
 from stretch_bt.hardware.ur.force_filter import HandForce
-from stretch_bt.hardware.ur.messages import Settings, Six
+from stretch_bt.hardware.ur.messages import ControllerSettings, Six
 
 __all__ = ["Measured", "beyond", "plausible", "safety_stop"]
 
@@ -70,7 +70,7 @@ def plausible(measured: Measured) -> bool:
 
 
 def beyond(
-    settings: Settings, place: Sequence[float], speed: float, force: HandForce, contact_height: float | None
+    settings: ControllerSettings, place: Sequence[float], speed: float, force: HandForce, contact_height: float | None
 ) -> str | None:
     """Return which limit of the cell is passed, or None.
 
@@ -106,7 +106,7 @@ def beyond(
     return None
 
 
-def _too_fast(settings: Settings, height: float, speed: float) -> str | None:
+def _too_fast(settings: ControllerSettings, height: float, speed: float) -> str | None:
     """Return that the hand is faster than it may be at its height, m; else None."""
     below, most, where = settings.contact_below, settings.speed, ""
     if below is not None and height < below:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.model.force.membrane_hand import PARAMETERS, Hand
-from stretch_bt.model.force.membrane_table import Axis, read_table
+from stretch_bt.model.force.membrane_hand import PARAMETERS, MembraneHand
+from stretch_bt.model.force.membrane_table import SplineAxis, read_table
 
 __all__ = ["ForceGrids", "along", "moved", "slope"]
 
@@ -25,21 +25,21 @@ _EVEN = 0.01  # m between stretches
 class ForceGrids:
     """Splines over a hand's own forces: (diameters, stretches, depths) of their logarithm, and of its standard deviation."""
 
-    diameter: Axis
-    stretch: Axis
-    depth: Axis
+    diameter: SplineAxis
+    stretch: SplineAxis
+    depth: SplineAxis
     level: Array
     spread: Array
 
     @classmethod
-    def of(cls, hand: Hand, conditioned: float, most: float, covariance: Array) -> ForceGrids:
+    def of(cls, hand: MembraneHand, conditioned: float, most: float, covariance: Array) -> ForceGrids:
         """Return the splines of a hand up to a stretch, m; `covariance` (6, 6) has its parameters in the order of `PARAMETERS`."""
         diameter, _, depth = read_table().axes
         stretches = _stretches(conditioned, most)
         level = hand.logarithms(stretches, conditioned)
         rates = np.array([_rate(hand, conditioned, name, stretches, level) for name in PARAMETERS])
         variance = np.einsum("aijk,ab,bijk->ijk", rates, covariance, rates)
-        return cls(diameter, Axis(stretches), depth, level, np.sqrt(np.maximum(variance, 0.0)))
+        return cls(diameter, SplineAxis(stretches), depth, level, np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _stretches(conditioned: float, most: float) -> Array:
@@ -50,14 +50,14 @@ def _stretches(conditioned: float, most: float) -> Array:
     return np.unique(np.concatenate([far, near[(near > 0) & (near < most)], [0.0, most]]).round(9))
 
 
-def moved(hand: Hand, name: str) -> tuple[Hand, float]:
+def moved(hand: MembraneHand, name: str) -> tuple[MembraneHand, float]:
     """Return a hand with a little more of one parameter, and how much that is, to take a difference over."""
     value = getattr(hand, name)
     step = _STEP * max(value, 0.1)
     return hand._replace(**{name: value + step}), step
 
 
-def _rate(hand: Hand, conditioned: float, name: str, stretches: Array, level: Array) -> Array:
+def _rate(hand: MembraneHand, conditioned: float, name: str, stretches: Array, level: Array) -> Array:
     """Return how the logarithm of the force, N, changes with one parameter."""
     other, step = moved(hand, name)
     off = other.logarithms(stretches, conditioned) - level
@@ -65,7 +65,7 @@ def _rate(hand: Hand, conditioned: float, name: str, stretches: Array, level: Ar
     return rate
 
 
-def along(axis: Axis, pieces: list[Any], at: float) -> float:
+def along(axis: SplineAxis, pieces: list[Any], at: float) -> float:
     """Return the value of a curve at the logarithm of a depth; before the first place and past the last it is a straight line."""
     places = axis.places
     k = min(max(bisect_right(places, at) - 1, 0), len(places) - 2)
@@ -79,7 +79,7 @@ def along(axis: Axis, pieces: list[Any], at: float) -> float:
     return found
 
 
-def slope(axis: Axis, pieces: list[Any], at: float) -> float:
+def slope(axis: SplineAxis, pieces: list[Any], at: float) -> float:
     """Return the slope of a curve at the logarithm of a depth."""
     k = min(max(bisect_right(axis.places, at) - 1, 0), len(axis.places) - 2)
     a, b, c, _ = pieces[k]

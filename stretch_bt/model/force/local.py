@@ -22,7 +22,7 @@ STEP = 1e-5  # m, over which a slope is taken
 LEAST_DEPTH = 1e-4  # m; shallower readings are expanded about this
 
 
-class Pressed(Protocol):
+class LocalReading(Protocol):
     """A reading: stretch, height of the hand, and height of the top with its sd, m."""
 
     @property
@@ -51,7 +51,7 @@ class LocalForces:
         return force, force * self.power / inside
 
 
-def local_forces(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> LocalForces:
+def local_forces(model: ForceModel, radius: float, readings: Sequence[LocalReading]) -> LocalForces:
     """Return the model's power laws about the readings.
 
     Raises

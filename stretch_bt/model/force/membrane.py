@@ -15,13 +15,13 @@ from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
 from stretch_bt.model.force.force_grids import ForceGrids, along, moved, slope
 from stretch_bt.model.force.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
-from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
+from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, MembraneHand
 from stretch_bt.model.force.membrane_table import read_table
 from stretch_bt.model.root import rising_root
 from stretch_bt.quantity_text import format_quantity
 from stretch_bt.units import KINDS, Estimate
 
-__all__ = ["PARAMETERS", "Hand", "MembraneModel"]
+__all__ = ["PARAMETERS", "MembraneHand", "MembraneModel"]
 
 Array = npt.NDArray[np.float64]
 
@@ -41,13 +41,13 @@ _BEYOND_SLACK = 300.0
 class MembraneModel(ForceModel):
     """The force of a hemisphere in the middle of the membrane, from presses of the finite-strain sheet (`MembraneTable`).
 
-    `covariance` (6, 6) has the parameters in the order of `Hand`; `relative_sd` is the residual of the model, as a part of the
+    `covariance` (6, 6) has the parameters in the order of `MembraneHand`; `relative_sd` is the residual of the model, as a part of the
     force, and `conditioned` the stretch, m, up to which the membrane was pressed before. Within `range`, but beyond the `measured`
     range, the deviation grows with the distance from it.
     """
 
     kind: ClassVar[str] = "membrane"
-    hand: Hand
+    hand: MembraneHand
     covariance: tuple[tuple[float, ...], ...]
     relative_sd: float
     range: Range
@@ -220,7 +220,7 @@ class MembraneModel(ForceModel):
         limits, measured = Range.from_json(fields["range"]), fields.get("measured")
         covariance = tuple(tuple(row) for row in fields["covariance"])
         return cls(
-            Hand(**fields["hand"]),
+            MembraneHand(**fields["hand"]),
             covariance,
             fields["relative_sd"],
             limits,

@@ -10,7 +10,7 @@ from stretch_bt.draw.scale import round_down
 from stretch_bt.simulation.picture.colors import FAINT, INK, shades
 from stretch_bt.simulation.picture.drawing import Array, Drawing, Picture, Text
 
-__all__ = ["BOTTOM", "HEIGHT", "LEFT", "TOP", "WIDTH", "Frame", "color_bar", "new_panel", "scale_bar"]
+__all__ = ["BOTTOM", "HEIGHT", "LEFT", "TOP", "WIDTH", "PanelScale", "color_bar", "new_panel", "scale_bar"]
 
 WIDTH, HEIGHT = 440.0, 470.0
 LEFT, TOP, BOTTOM = 46.0, 50.0, 44.0
@@ -24,7 +24,7 @@ def new_panel(heading: str) -> Drawing:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class PanelScale:
     """Maps lengths, m, to one panel: `scale` in its units a metre, the middle of `low` and `high` (2,) in its middle, up is up."""
 
     low: tuple[float, float]

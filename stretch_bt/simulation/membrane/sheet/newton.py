@@ -12,7 +12,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Newton", "Outcome", "Step"]
+__all__ = ["Done", "Minimum", "Newton", "Step"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -37,7 +37,7 @@ Done = Callable[[Step], bool]
 
 
 @dataclass(slots=True)
-class Outcome:
+class Minimum:
     """Where a minimisation ended."""
 
     control: Array
@@ -62,7 +62,7 @@ class Newton:
         self._bands = problem.bands()
         self._held: int | None = None  # which band holds the factor; the other takes the next Hessian
 
-    def run(self, done: Done, budget: int) -> Outcome:
+    def run(self, done: Done, budget: int) -> Minimum:
         """Return a minimum.
 
         Raises
@@ -88,7 +88,7 @@ class Newton:
             if step is None:
                 if self.reuses == 0 and self.fresh:
                     if _rounded(here, direction):
-                        return Outcome(self.control, here)
+                        return Minimum(self.control, here)
                     raise NoEquilibrium(_stuck(here, direction))
                 pending = self._room()
                 here = self.problem.evaluate(self.control, EXACT, pending)
@@ -97,7 +97,7 @@ class Newton:
             self.fresh = False
             here, last = step.after, size
             if done(step):
-                return Outcome(self.control, here)
+                return Minimum(self.control, here)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
     def _room(self) -> Array:
