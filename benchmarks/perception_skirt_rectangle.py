@@ -35,7 +35,7 @@ from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
 from stretch_bt.perception.size.free_form import FreeForm
-from stretch_bt.perception.size.hypothesis import Context, Measured
+from stretch_bt.perception.size.hypothesis import Context, FittedSizes
 from stretch_bt.perception.size.prior import shipped_prior
 from stretch_bt.perception.size.rectangle import GEOMETRY, HEIGHT, RATIO, SKIRT, Rectangle
 from stretch_bt.perception.size.start import start_of
@@ -220,7 +220,7 @@ def free_form_misses(prior: BoxPrior, wanted: list[BodyPress]) -> Array:
     return np.array(found)
 
 
-def choose_start(shape: FreeForm, cells: HeightCells) -> Measured:
+def choose_start(shape: FreeForm, cells: HeightCells) -> FittedSizes:
     """Return what a free outline measures."""
     fit = best_fit(shape, cells, start_of(cells))
     return shape.measure(fit.q, fit.covariance)

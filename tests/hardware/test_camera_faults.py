@@ -19,7 +19,7 @@ from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
 from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.realsense.inbox import Inbox
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 from stretch_bt.hardware.realsense.library import library
 from stretch_bt.hardware.realsense.messages import CameraStatus, Lens, Taken
 
@@ -165,7 +165,7 @@ def test_what_happens_between_two_looks_is_told_once():
     inbox = Inbox(latency=0.0, plane_distance=None, now=lambda: (0.0, 0.0))
     inbox.take(Lens(1e-3, 10.0, 10.0, 1.0, 1.0, 2, 2, (0.0,) * 5))
     for event in ("the camera was restarted", None, "its clock jumped"):
-        inbox.take(CameraStatus(Taken(0.0, 0.0), 0.0, None, event, False, Counters()))
+        inbox.take(CameraStatus(Taken(0.0, 0.0), 0.0, None, event, False, FrameCounters()))
     assert inbox.event() == "the camera was restarted"
     assert inbox.event() is None
     inbox.close()

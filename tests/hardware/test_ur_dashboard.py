@@ -4,7 +4,7 @@ import pytest
 
 from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.controller import Controller
-from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.dashboard import DashboardService
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 
 
@@ -12,7 +12,7 @@ from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 def dashboard(request):
     """The dashboard of a controller that nobody cycles, with its controller."""
     made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", StandInWorld())
-    found = Dashboard("127.0.0.1", 0, made.controller, made.faults)
+    found = DashboardService("127.0.0.1", 0, made.controller, made.faults)
     made.controller.inject = made.faults.inject
     yield lambda line: found.answer(line.encode()), made.controller
     found.server.stop()

@@ -72,7 +72,7 @@ _WITHIN = 0.03
 _COARSE, _FINE, _TOUCHES = 1e-3, 1e-4, 13
 
 
-class Link:
+class StandInLink:
     """The way to one stand-in: its reports of hand or fingers go into the twin; it is sent what it senses."""
 
     def __init__(self, channel: Channel, senses: list[str]) -> None:
@@ -97,7 +97,7 @@ class Solver:
         Descriptor of the memory that the camera reads.
     """
 
-    def __init__(self, setting: Setting, links: list[Link], pictures: int) -> None:
+    def __init__(self, setting: Setting, links: list[StandInLink], pictures: int) -> None:
         scene, geometry = load_scene(setting.scene), HandGeometry()
         self._setting, self._links = setting, links
         exact = {"force", "stiffness"} & scene.tolerance.named().keys()
@@ -213,7 +213,7 @@ class Solver:
                 link.send(message)
 
 
-def listen(twin: Twin, links: list[Link]) -> None:
+def listen(twin: Twin, links: list[StandInLink]) -> None:
     """Take the stand-ins' reports of hand and fingers, until no stand-in is left."""
     left, error = {link.channel: link for link in links}, HeightError(twin)
     while left:
@@ -263,7 +263,7 @@ def main(control: int, pictures: int, *wires: int) -> NoReturn:
     (first,) = began.first()
     assert isinstance(first, Solve)
     links = [
-        Link(Channel(socket.socket(fileno=wire), SCENE), senses)
+        StandInLink(Channel(socket.socket(fileno=wire), SCENE), senses)
         for wire, senses in zip(wires, first.senses, strict=True)
     ]
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stretch_bt.hardware.messages import Codec, Message
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 
 __all__ = ["CODEC", "CameraSettings", "CameraStatus", "Lens", "Next", "Taken"]
 
@@ -60,7 +60,7 @@ class CameraStatus(Message):
     event: str | None
     #: whether a recording is over
     ended: bool
-    counters: Counters
+    counters: FrameCounters
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ import numpy as np
 from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.keeper import keep
 from stretch_bt.hardware.messages import End, Message
-from stretch_bt.hardware.realsense.judge import Judge, Shot
+from stretch_bt.hardware.realsense.judge import Judge, TimedFrame
 from stretch_bt.hardware.realsense.messages import CODEC, CameraSettings, CameraStatus, Lens, Next, Taken
 from stretch_bt.hardware.realsense.sources import open_source
 
@@ -52,7 +52,7 @@ class CameraKeeper:
         self._source = open_source(settings)
         self._source.start()
         self._judge = Judge(settings.lost_after, settings.noisy, time.monotonic())
-        self._newest: Shot | None = None
+        self._newest: TimedFrame | None = None
         self._wanted, self._first, self._ended = True, True, False
 
     def run(self) -> None:

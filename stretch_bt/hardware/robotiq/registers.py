@@ -20,7 +20,7 @@ __all__ = [
     "WRITE_TO",
     "ActivationStage",
     "Command",
-    "Fault",
+    "FaultCode",
     "ObjectStatus",
     "Status",
     "fault_of",
@@ -47,7 +47,7 @@ class ObjectStatus(IntEnum):
     ARRIVED = 3
 
 
-class Fault(NamedTuple):
+class FaultCode(NamedTuple):
     """What a fault code (gFLT) means, what to do, and whether only a reset with a new activation clears it."""
 
     means: str
@@ -56,19 +56,19 @@ class Fault(NamedTuple):
 
 
 _ACTIVATE = "reset and activate it with: stretch-bt activate CELL"
-FAULTS: dict[int, Fault] = {
-    0x05: Fault("a motion was asked for before the activation was over", "wait for the activation to end", False),
-    0x07: Fault("a motion was asked for without activation", "activate the gripper", False),
-    0x08: Fault("it is too hot, 85 °C or more", "let it cool down, then start a new run", False),
-    0x09: Fault(
+FAULTS: dict[int, FaultCode] = {
+    0x05: FaultCode("a motion was asked for before the activation was over", "wait for the activation to end", False),
+    0x07: FaultCode("a motion was asked for without activation", "activate the gripper", False),
+    0x08: FaultCode("it is too hot, 85 °C or more", "let it cool down, then start a new run", False),
+    0x09: FaultCode(
         "it heard nothing for a second or more", "check cable and load of the bus, then start a new run", False
     ),
-    0x0A: Fault("its supply voltage is too low", f"check the 24 V supply, then {_ACTIVATE}", True),
-    0x0B: Fault("an automatic release is under way", f"wait until the fingers stand, then {_ACTIVATE}", True),
-    0x0C: Fault("an internal fault", f"{_ACTIVATE}; if it comes again, the gripper needs service", True),
-    0x0D: Fault("the activation failed", f"take away what is in the way of the fingers, then {_ACTIVATE}", True),
-    0x0E: Fault("too much current", f"take the load off the fingers, then {_ACTIVATE}", True),
-    0x0F: Fault("an automatic release was made", f"find out who asked for it, then {_ACTIVATE}", True),
+    0x0A: FaultCode("its supply voltage is too low", f"check the 24 V supply, then {_ACTIVATE}", True),
+    0x0B: FaultCode("an automatic release is under way", f"wait until the fingers stand, then {_ACTIVATE}", True),
+    0x0C: FaultCode("an internal fault", f"{_ACTIVATE}; if it comes again, the gripper needs service", True),
+    0x0D: FaultCode("the activation failed", f"take away what is in the way of the fingers, then {_ACTIVATE}", True),
+    0x0E: FaultCode("too much current", f"take the load off the fingers, then {_ACTIVATE}", True),
+    0x0F: FaultCode("an automatic release was made", f"find out who asked for it, then {_ACTIVATE}", True),
 }
 
 
@@ -76,9 +76,9 @@ FAULTS: dict[int, Fault] = {
 PASSING = (0x05, 0x07, 0x09)
 
 
-def fault_of(code: int) -> Fault:
+def fault_of(code: int) -> FaultCode:
     """Return what a fault code means; one that the manual does not list needs a reset too."""
-    return FAULTS.get(code, Fault("a fault that the manual does not list", _ACTIVATE, True))
+    return FAULTS.get(code, FaultCode("a fault that the manual does not list", _ACTIVATE, True))
 
 
 @dataclass(frozen=True, slots=True)

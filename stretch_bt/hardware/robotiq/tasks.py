@@ -12,7 +12,7 @@ from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.hardware.robotiq.registers import PASSING, ActivationStage, ObjectStatus, Status, fault_of
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
-__all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
+__all__ = ["Activation", "GripperTask", "Journey", "fault_in", "lost_activation"]
 
 #: how long the fingers may stand still, s, while they are commanded to move
 PATIENCE = 0.8
@@ -36,7 +36,7 @@ def lost_activation(device: str) -> DeviceFault:
     return DeviceFault(device, reason)
 
 
-class Task(ABC):
+class GripperTask(ABC):
     """What was asked for; `after` is called in the thread that has the wire, with each new status."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ class Target:
     led: bool
 
 
-class Journey(Task):
+class Journey(GripperTask):
     """Fingers on their way to an opening.
 
     The gripper's word that it arrived is not enough: the membrane pulls the fingers shut, so the measured position decides. Where the
@@ -156,7 +156,7 @@ class Journey(Task):
         self._sent = count
 
 
-class Activation(Task):
+class Activation(GripperTask):
     """A reset, then the activation, in which the fingers travel all their way."""
 
     def __init__(self, device: str, now: float) -> None:

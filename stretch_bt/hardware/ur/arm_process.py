@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.messages import Message
-from stretch_bt.hardware.supervisor import Deadlines, Program, Supervisor
+from stretch_bt.hardware.supervisor import Deadlines, ProcessProgram, Supervisor
 from stretch_bt.hardware.ur.dashboard import end_program
 from stretch_bt.hardware.ur.messages import (
     CODEC,
@@ -74,7 +74,7 @@ class ArmProcess:
         self._asked, self._unseen = False, ""
         self.supervisor = Supervisor(
             name,
-            Program(_MODULE, CODEC, [settings]),
+            ProcessProgram(_MODULE, CODEC, [settings]),
             Deadlines(_CONNECTING, settings.lost_after + _MORE, _ENDING),
             take=self._take,
             beat=lambda: Beat(self._contact_height(), self._watched),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 from stretch_bt.hardware.motion.path import LEVER
 from stretch_bt.hardware.transforms import inverse, six, transform
 from stretch_bt.hardware.ur.dashboard import ask_dashboard
-from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.guard import MeasuredState
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.lifelines import Lifelines
 from stretch_bt.hardware.ur.messages import ControllerSettings, Six
@@ -74,14 +74,14 @@ class Session:
         #: whether a program of ours may have been begun
         self.begun = False
 
-    def measure(self, after: float) -> Measured | None:
+    def measure(self, after: float) -> MeasuredState | None:
         """Return the latest measurement, unless its time is `after`, s of the controller; raises OSError once the connection is lost."""
         receive = self._receive
         if not receive.isConnected():
             raise OSError("the controller closed the connection")
         time = receive.getTimestamp()
         while time != after:
-            measured = Measured(
+            measured = MeasuredState(
                 time,
                 _six(receive.getActualQ()),
                 _six(receive.getActualTCPPose()),

@@ -14,7 +14,7 @@ from stretch_bt.perception.size.cells import HeightCells, cells_of
 from stretch_bt.perception.size.choose import Choice, choose
 from stretch_bt.perception.size.face import check_flat, maybe_wider
 from stretch_bt.perception.size.fit import Fit
-from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
+from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, FittedSizes, Hypothesis, Value
 from stretch_bt.perception.size.leaning import FaceBeside, face_beside
 from stretch_bt.perception.size.misfit import Misfit, misfit_of
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
@@ -180,7 +180,7 @@ def _away(choice: Choice, beside: FaceBeside) -> float:
     return math.hypot(*beside.off(size.diameter_i[0], size.diameter_j[0], size.depth[0])[:2])
 
 
-def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
+def _measured(shape: Hypothesis, fit: Fit) -> FittedSizes | None:
     """Return the sizes of another shape than the chosen one; None where it has none with an error, so that it says nothing."""
     try:
         return shape.measure(fit.q, fit.covariance)
@@ -188,7 +188,7 @@ def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
         return None
 
 
-def _at_odds(size: Measured, free: Measured) -> float:
+def _at_odds(size: FittedSizes, free: FittedSizes) -> float:
     """Return the error of a width, m, where an outline without a shape has another width, beyond `DOUBT` of both deviations.
 
     Where a face leans, or the membrane is unlike the priors, a shape may fit well enough, and be half as wide.
@@ -241,7 +241,7 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: HeightCells, depth: float) -
     check_flat(shape, fit, cells)
 
 
-def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: HeightCells, size: Measured) -> float:
+def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: HeightCells, size: FittedSizes) -> float:
     """Return the share of the strip around the rim, `STRIP` wide, that valid cells see."""
     reach = 0.75 * max(size.diameter_i[0], size.diameter_j[0]) + STRIP
     along = (

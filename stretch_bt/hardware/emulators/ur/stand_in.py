@@ -18,7 +18,7 @@ from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
 from stretch_bt.hardware.emulators.ur.client_port import ClientPort
 from stretch_bt.hardware.emulators.ur.controller import Controller, ControllerModel
-from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.dashboard import DashboardService
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
 from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, version_message
 from stretch_bt.hardware.emulators.ur.programs import Programs
@@ -120,7 +120,7 @@ class Ur5StandIn(StandIn):
         try:
             self._rtde = RtdeServer(self.host, self.ports["rtde"], self.controller, self.faults)
             self._servers["rtde"] = self._rtde.server
-            dashboard = Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults)
+            dashboard = DashboardService(self.host, self.ports["dashboard"], self.controller, self.faults)
             self._servers["dashboard"] = dashboard.server
             for wire in [wire for wire in self.ports if wire not in self._servers]:
                 self._clients[wire] = self._client_port(wire)

@@ -12,7 +12,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Minimum", "Newton", "Step"]
+__all__ = ["Done", "Minimum", "Newton", "NewtonStep"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -24,7 +24,7 @@ _BALANCED = 1e-3  # part of the force that may be left where rounding is in the 
 
 
 @dataclass(slots=True)
-class Step:
+class NewtonStep:
     """An accepted step: its largest component, the energy it promised, and where it led."""
 
     size: float
@@ -33,7 +33,7 @@ class Step:
     after: Evaluation
 
 
-Done = Callable[[Step], bool]
+Done = Callable[[NewtonStep], bool]
 
 
 @dataclass(slots=True)
@@ -140,7 +140,9 @@ class Newton:
         solved, _ = self._substitute(self._bands[self._held].T, change.reshape(-1), lower=1)
         return np.asarray(solved).reshape(change.shape)
 
-    def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
+    def _search(
+        self, here: Evaluation, direction: Array, size: float, keep: bool
+    ) -> tuple[NewtonStep | None, Array | None]:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""
         promise = float(np.vdot(here.gradient[1:-1], direction))
         length = min(1.0, self.problem.largest_step / size) if size > 0 else 1.0
@@ -155,7 +157,7 @@ class Newton:
             # an energy that changes by no more than its rounding says nothing, so the slope decides
             if rise < -noise or (rise <= noise and np.vdot(there.gradient[1:-1], direction) <= -0.5 * promise):
                 self.control = trial
-                return Step(size * length, promise, here, there), band
+                return NewtonStep(size * length, promise, here, there), band
             length /= 2
         return None, None
 

@@ -24,7 +24,7 @@ from stretch_bt.simulation.membrane.sheet.reach import BudgetSpent, reach
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_force
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.simulation.membrane.sheet.settled import Settled
+from stretch_bt.simulation.membrane.sheet.settled import StepTest
 from stretch_bt.threads import one_thread
 
 __all__ = ["solve"]
@@ -213,7 +213,7 @@ class _Work(_Account):
         if has_friction:
             from stretch_bt.simulation.membrane.sheet import friction_state
         settings = self.settings
-        settled = Settled(
+        settled = StepTest(
             self.layout.depth,
             self.layout.scale,
             exact=settings.exact,
@@ -245,7 +245,7 @@ class _Work(_Account):
         check(result, problem, outcome)
         return friction_state.without_friction(result, problem) if has_friction else result
 
-    def _polish(self, newton: Newton, outcome: Minimum, settled: Settled) -> tuple[Minimum, RigidForce]:
+    def _polish(self, newton: Newton, outcome: Minimum, settled: StepTest) -> tuple[Minimum, RigidForce]:
         """Return an outcome as exact as a fresh Hessian makes it, and the change of its force by rigid bodies (3,).
 
         The correction is for frictionless contact, also where there is friction, and belongs to the points that the
