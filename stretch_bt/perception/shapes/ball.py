@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.contact_cells import ContactCells
+from stretch_bt.perception.shapes.contact_cells import Cells
 from stretch_bt.perception.shapes.contact_fit import BodyFit
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, whitener
 from stretch_bt.perception.shapes.pressed_surface import LIFT_AT
@@ -35,7 +35,7 @@ LIFTED, WIDE = 8e-6, 2.0
 OTHER, SEEN = 30.0, 0.15
 
 
-def check_ball(fit: BodyFit, cells: ContactCells, noise: NoiseParts, own: float) -> float:
+def check_ball(fit: BodyFit, cells: Cells, noise: NoiseParts, own: float) -> float:
     """Refuse a sphere whose contact may be a ridge, or whose residuals within the rim hold forms that no ball has.
 
     Returns the difference of its two principal curvatures over their sum, as far as noise does not explain it: the relative error of one

@@ -14,7 +14,7 @@ from stretch_bt.perception.regions import Box, bounds
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.shapes.ball import check_ball
 from stretch_bt.perception.shapes.blocks_kernel import fill_within
-from stretch_bt.perception.shapes.contact_cells import ContactCells, Window, cells_of, window_of
+from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, LENGTH, SPHERE, PressedSurface
@@ -70,7 +70,7 @@ class _Explained:
     """
 
     fits: list[BodyFit]
-    cells: ContactCells
+    cells: Cells
     scale: float
     wider: float
     noise: NoiseParts
@@ -174,12 +174,12 @@ def _explain(contact: Contact) -> _Explained:
     return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0, noise)
 
 
-def _thinned(cells: ContactCells) -> ContactCells:
+def _thinned(cells: Cells) -> Cells:
     """Return a part of the cells, which is enough to find where to begin."""
     return cells.some(np.arange(cells.z.size) % THINNED == 0)
 
 
-def _searched(rough: list[BodyFit], cells: ContactCells, noise: NoiseParts) -> list[BodyFit]:
+def _searched(rough: list[BodyFit], cells: Cells, noise: NoiseParts) -> list[BodyFit]:
     """Return the two best fits of each kind from many starts, each cell with an error of its own that hides all that is fine.
 
     Without it smooth noise makes the probability so rugged that a fit ends beside its top. A second one far less probable is left out.
@@ -202,7 +202,7 @@ def _near(one: PressedSurface, other: PressedSurface) -> bool:
     return one.kind == other.kind and abs(math.log(one.rim / other.rim)) < NEAR
 
 
-def _rough(contact: Contact, window: Window) -> tuple[Window, ContactCells, list[BodyFit]]:
+def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFit]]:
     """Return a window, its cells without outlying ones, and first fits of a sphere and a face, with noise as the contact states it."""
     cells = cells_of(contact, window)
     stated = max(contact.noise**2 * max(contact.noise_area, 1.0), (1e-6 * window.size) ** 2)
@@ -218,7 +218,7 @@ def _rough(contact: Contact, window: Window) -> tuple[Window, ContactCells, list
     return window, cells.some(errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))), fits
 
 
-def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: ContactCells) -> Array:
+def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: Cells) -> Array:
     """Return the residuals of the pixels of the window, or of the middle of a large one, to a surface, m, NaN outside."""
     inside = np.empty(contact.surface.shape[:2], dtype=bool)
     fill_within(contact.surface, window.x, window.y, window.a, window.b, inside)

@@ -13,7 +13,7 @@ from stretch_bt.perception.shapes.blocks_kernel import blocks_within, squares_of
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.types import Contact, FloatArray, MaskArray
 
-__all__ = ["ContactCells", "Window", "cells_of", "window_of"]
+__all__ = ["Cells", "Window", "cells_of", "window_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
-class ContactCells:
+class Cells:
     """Means (n,) of pixels: `x`, `y`, `z` from `origin` (3,), m, in units of `size`, m, with `count` pixels in each.
 
     `lean` (2, n) is how far a cell's ray moves x and y for every z; `u` and `v` are its column and row, in pixels.
@@ -68,14 +68,14 @@ class ContactCells:
     origin: Array
     size: float
 
-    def some(self, kept: npt.NDArray[np.bool_]) -> ContactCells:
+    def some(self, kept: npt.NDArray[np.bool_]) -> Cells:
         """Return those cells that are kept."""
         each = (self.x, self.y, self.z, self.lean, self.u, self.v, self.count)
         x, y, z, lean, u, v, count = (a[..., kept] for a in each)
-        return ContactCells(x, y, z, lean, u, v, count, self.origin, self.size)
+        return Cells(x, y, z, lean, u, v, count, self.origin, self.size)
 
 
-def cells_of(contact: Contact, window: Window) -> ContactCells:
+def cells_of(contact: Contact, window: Window) -> Cells:
     """Return the cells in a window, finer in its inner half.
 
     Raises IllConditioned where too little of it is seen.
@@ -94,7 +94,7 @@ def cells_of(contact: Contact, window: Window) -> ContactCells:
     )
 
 
-def _cells(blocks: Array, window: Window, contact: Contact) -> ContactCells:
+def _cells(blocks: Array, window: Window, contact: Contact) -> Cells:
     origin, size = np.array([window.x, window.y, blocks[:, 2].mean()]), window.size
     every = max(1, len(contact.points) // 500)
     eye = camera_of(contact.points[::every].astype(np.float64), contact.rays[::every].astype(np.float64))
@@ -104,7 +104,7 @@ def _cells(blocks: Array, window: Window, contact: Contact) -> ContactCells:
         lean = ((blocks[:, :2] - eye[:2]) / (blocks[:, 2:3] - eye[2])).T
         places = eye[:2, None] + lean * (origin[2] - eye[2])
     u, v = places / window.pitch
-    return ContactCells(x, y, z, lean, u, v, blocks[:, 3], origin, size)
+    return Cells(x, y, z, lean, u, v, blocks[:, 3], origin, size)
 
 
 def window_of(surface: FloatArray) -> Window:

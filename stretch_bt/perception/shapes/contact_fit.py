@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.shapes.contact_cells import ContactCells, Window
+from stretch_bt.perception.shapes.contact_cells import Cells, Window
 from stretch_bt.perception.shapes.contact_noise import Whiten
 from stretch_bt.perception.shapes.fit_steps_kernel import damped_step, fill_left, fill_left_jacobian
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface, prior_of
@@ -47,7 +47,7 @@ class BodyFit:
     evidence: float
 
 
-def starts(cells: ContactCells, window: Window, kind: int, whiten: Whiten) -> list[PressedSurface]:
+def starts(cells: Cells, window: Window, kind: int, whiten: Whiten) -> list[PressedSurface]:
     """Return the best start of a kind: rims of several sizes and forms are tried, each with the best amount of its form."""
     x, y = (window.top[0] - window.x) / cells.size, (window.top[1] - window.y) / cells.size
     rims = []
@@ -59,9 +59,7 @@ def starts(cells: ContactCells, window: Window, kind: int, whiten: Whiten) -> li
     return _best_of(rims, cells, kind, whiten, 1)
 
 
-def starts_around(
-    surface: PressedSurface, cells: ContactCells, kind: int, whiten: Whiten, most: int
-) -> list[PressedSurface]:
+def starts_around(surface: PressedSurface, cells: Cells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
     """Return at most so many starts of a kind, best first: rims as a surface has and others of some forms, larger or smaller."""
     own = surface.q[4:9]
     mean = 0.5 * (own[0] + own[1])
@@ -71,7 +69,7 @@ def starts_around(
     return _best_of(rims, cells, kind, whiten, most)
 
 
-def _best_of(rims: list[Array], cells: ContactCells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
+def _best_of(rims: list[Array], cells: Cells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
     chosen: list[PressedSurface] = []
     for _, surface in sorted(_tried(rims, cells, kind, whiten), key=lambda pair: pair[0]):
         if all(_apart(surface.q, other.q) > APART for other in chosen):
@@ -86,7 +84,7 @@ def _apart(q: Array, other: Array) -> float:
     return max(abs(float(q[4] - other[4])), abs(float(q[8] - other[8])))
 
 
-def _tried(rims: list[Array], cells: ContactCells, kind: int, whiten: Whiten) -> list[tuple[float, PressedSurface]]:
+def _tried(rims: list[Array], cells: Cells, kind: int, whiten: Whiten) -> list[tuple[float, PressedSurface]]:
     """Return the squared residuals of the cells to rims, each with the best amount of its form, and the surfaces, without any that is no bump.
 
     Least squares by a plane and a form: the residuals of all forms to the plane are computed at once.
@@ -108,7 +106,7 @@ def _tried(rims: list[Array], cells: ContactCells, kind: int, whiten: Whiten) ->
     return found
 
 
-def _unit_forms(rims: list[Array], cells: ContactCells, kind: int) -> list[PressedSurface]:
+def _unit_forms(rims: list[Array], cells: Cells, kind: int) -> list[PressedSurface]:
     """Return bodies on rims that are form alone: UNIT of the parameter that a kind is linear in, without a plane and without bends of the skirt."""
     first = prior_of(kind, cells.size)[0]
     first[9:COMMON] = 0.0
@@ -161,7 +159,7 @@ class _Tried:
 
 
 def fit_bodies(
-    surfaces: Sequence[PressedSurface], cells: ContactCells, whiten: Whiten, *, steps: int, close: float
+    surfaces: Sequence[PressedSurface], cells: Cells, whiten: Whiten, *, steps: int, close: float
 ) -> list[BodyFit]:
     """Return the most probable surface near each start, by damped Gauss-Newton, until a step gains less than `close`.
 
@@ -190,7 +188,7 @@ def _whitened(asked: list[Array], whiten: Whiten) -> Array:
     return whiten(np.concatenate([*asked, np.zeros((spare, asked[0].shape[1]))]).T).T
 
 
-def _fitted(surface: PressedSurface, cells: ContactCells, steps: int, close: float) -> Asking[BodyFit]:
+def _fitted(surface: PressedSurface, cells: Cells, steps: int, close: float) -> Asking[BodyFit]:
     """Fit one surface, as `fit_bodies` does: it asks for rows (m, n) to be whitened."""
     mean, sd = prior_of(surface.kind, cells.size)
     prior, damping = _Prior(mean, sd**-2.0), DAMPED[0]
@@ -210,7 +208,7 @@ def _fitted(surface: PressedSurface, cells: ContactCells, steps: int, close: flo
 
 
 def _stepped(
-    at: _Tried, normal: Array, slope: Array, damping: float, cells: ContactCells, prior: _Prior
+    at: _Tried, normal: Array, slope: Array, damping: float, cells: Cells, prior: _Prior
 ) -> Asking[tuple[_Tried | None, float]]:
     """Return the surface after a step that costs no more, None where there is none, and the damping for the next."""
     for _ in range(DAMPED[2]):
@@ -223,7 +221,7 @@ def _stepped(
     return None, damping
 
 
-def _trial(surface: PressedSurface, cells: ContactCells, before: Array, prior: _Prior) -> Asking[_Tried]:
+def _trial(surface: PressedSurface, cells: Cells, before: Array, prior: _Prior) -> Asking[_Tried]:
     """Return a surface with the residuals of the cells to it, and its cost."""
     left, off = _left(surface, cells, before), surface.q - prior.mean
     errors = (yield left[None])[0]
@@ -231,14 +229,14 @@ def _trial(surface: PressedSurface, cells: ContactCells, before: Array, prior: _
     return _Tried(surface, left, errors, cost if math.isfinite(cost) else math.inf)
 
 
-def _left(surface: PressedSurface, cells: ContactCells, before: Array) -> Array:
+def _left(surface: PressedSurface, cells: Cells, before: Array) -> Array:
     """Return the residuals of the cells to a surface, each where its own ray meets it, as far as `before` says where."""
     left = np.empty_like(cells.z)
     fill_left(surface.kind, surface.q, cells.x, cells.y, cells.z, cells.lean, before, left)
     return left
 
 
-def _normal(at: _Tried, cells: ContactCells, prior: _Prior) -> Asking[tuple[Array, Array]]:
+def _normal(at: _Tried, cells: Cells, prior: _Prior) -> Asking[tuple[Array, Array]]:
     """Return the matrix (p, p) and the right side (p,) of the normal equations."""
     q, jacobian = at.surface.q, np.empty((at.surface.q.size, cells.z.size))
     fill_left_jacobian(at.surface.kind, q, cells.x, cells.y, cells.lean, at.left, jacobian)

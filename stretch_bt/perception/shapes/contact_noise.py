@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
-from stretch_bt.perception.shapes.contact_cells import ContactCells
+from stretch_bt.perception.shapes.contact_cells import Cells
 
 __all__ = ["NoiseParts", "Whiten", "noise_left", "whitener"]
 
@@ -46,7 +46,7 @@ class NoiseParts:
         """Variance of one pixel, m^2."""
         return self.white + sum(v for v, _ in self.smooth)
 
-    def seen_by(self, cells: ContactCells) -> NoiseParts:
+    def seen_by(self, cells: Cells) -> NoiseParts:
         """Return the noise with parts that hardly reach from cell to cell, or are hardly there, as if they were white."""
         near = NEAR * math.sqrt(float(np.median(cells.count)))
         white = self.white + sum(4.0 * math.pi * s**2 * v for v, s in self.smooth if s <= near)
@@ -55,7 +55,7 @@ class NoiseParts:
             return NoiseParts(white + sum(4.0 * math.pi * s**2 * v for v, s in far))
         return NoiseParts(white, far)
 
-    def shared(self, cells: ContactCells) -> Array:
+    def shared(self, cells: Cells) -> Array:
         """Return the covariance (n, n) of the cells, in their unit, by the smooth parts: the half below the diagonal alone."""
         from stretch_bt.perception.shapes.contact_noise_kernel import fill_alike
 
@@ -65,7 +65,7 @@ class NoiseParts:
         total /= cells.size**2
         return total.T
 
-    def own(self, cells: ContactCells, share: float) -> Array:
+    def own(self, cells: Cells, share: float) -> Array:
         """Return the variance (n,) that each cell has by itself, in its unit, and at least of `share` of a pixel's error."""
         least = share**2 * self.variance if self.smooth else 0.0
         return np.asarray(np.maximum(self.white / cells.count, least) / cells.size**2)

@@ -3,7 +3,7 @@ import pytest
 from scipy.linalg import cholesky, solve_triangular
 
 from stretch_bt.perception.shapes.blocks_kernel import squares_of
-from stretch_bt.perception.shapes.contact_cells import ContactCells
+from stretch_bt.perception.shapes.contact_cells import Cells
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, whitener
 from stretch_bt.perception.shapes.contact_noise_kernel import half_square
 from stretch_bt.perception.shapes.fit_steps_kernel import damped_step, fill_left, fill_left_jacobian
@@ -84,9 +84,7 @@ def test_a_step_is_refused_where_the_equations_have_no_solution():
 
 def cells(count, rng):
     x, y, z, u, v = rng.uniform(0, 1, (5, count)) * [[1], [1], [1], [90], [90]]
-    return ContactCells(
-        x, y, z, np.zeros((2, count)), u, v, rng.integers(1, 30, count).astype(float), np.zeros(3), 0.02
-    )
+    return Cells(x, y, z, np.zeros((2, count)), u, v, rng.integers(1, 30, count).astype(float), np.zeros(3), 0.02)
 
 
 def test_whitened_errors_are_those_of_the_covariance():
