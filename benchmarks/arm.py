@@ -22,7 +22,7 @@ from arm_soak import go_on, open_arm
 from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.driver import Poll
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.ur.arm import UrArm
@@ -144,7 +144,7 @@ def faults(arm: UrArm, stand_in: Ur5StandIn, rounds: int) -> None:
 
 def main(rounds: int, model: str) -> None:
     """Print all."""
-    stand_in = {"ur": Ur5StandIn, "ur5e": Ur5eStandIn}[model](HOST, Stage())
+    stand_in = {"ur": Ur5StandIn, "ur5e": Ur5eStandIn}[model](HOST, StandInWorld())
     stand_in.start()
     begun = time.monotonic()
     arm = open_arm(model, HOST)

@@ -34,7 +34,7 @@ from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.fold_kernel import look_through
 from stretch_bt.simulation.camera.presets import PRESETS
 from stretch_bt.simulation.camera.renderer import DepthRenderer
-from stretch_bt.simulation.camera.skin import Grid, Profile
+from stretch_bt.simulation.camera.skin import Grid, RoundBump
 from stretch_bt.simulation.camera.statistics import deviations_of, texture_of
 from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.effects import registry
@@ -110,7 +110,7 @@ def rendered(name: str, shape: Shape, pitch: float, right: tuple[float, float]) 
 def other_ways() -> None:
     skin = Grid(points_of(solved(Sphere(0.06), STRETCH, DEPTH).shape, 0.7e-3))
     bump = Surface(0.010, 0.0075, 0.0025, 0.045, 0.0225)
-    profile = Profile(bump, (0.0, 0.0), 0.09, 0.13)
+    profile = RoundBump(bump, (0.0, 0.0), 0.09, 0.13)
     for lens, words in ((CROP, "crop"), (SR305, "full")):
         renderer = DepthRenderer(lens, DISTANCE)
         renderer.render(skin)

@@ -17,7 +17,7 @@ import numpy as np
 from stretch_bt import run
 from stretch_bt.errors import NoAnswer
 from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Sensed, read_sensitivity
-from stretch_bt.model.calibration.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
+from stretch_bt.model.calibration.sensitivity_trends import ALONG, ErrorBin, cells_of, fine_share, mean_error, trend
 from stretch_bt.units import Estimate
 
 SCENE = "calibration_cylinder"
@@ -111,7 +111,7 @@ def stated(presses: Sequence[Sensed], method: str) -> list[tuple[float, float]]:
     return [pair for p, f in found for pair in ((f.i - p.size, f.i_sd), (f.j - p.size, f.j_sd))]
 
 
-def trend_of(cells: Sequence[Cell], along: str) -> str:
+def trend_of(cells: Sequence[ErrorBin], along: str) -> str:
     try:
         found = trend(cells, along)
     except NoAnswer as error:
@@ -120,7 +120,7 @@ def trend_of(cells: Sequence[Cell], along: str) -> str:
     return f"rank correlation {_shown(found.rank, 1.0, '')}over {found.groups} groups{slope}"
 
 
-def printed(quantity: str, cells: Sequence[Cell]) -> None:
+def printed(quantity: str, cells: Sequence[ErrorBin]) -> None:
     """Print the maps of a quantity, mm: depths down, stretches across, a map a diameter."""
     places = {(c.size, c.stretch, c.depth): getattr(c, quantity) for c in cells}
     sizes, stretches, depths = (sorted({getattr(c, name) for c in cells}) for name in ("size", "stretch", "depth"))

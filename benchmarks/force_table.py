@@ -159,15 +159,15 @@ def _filled(values: Array) -> Array:
 def check(presses: int) -> None:
     """Print how far the table is off presses of the sheet between its own, without and with weight and bending."""
     from stretch_bt.model.force.force_model import Range
-    from stretch_bt.model.force.membrane import Hand, MembraneModel
+    from stretch_bt.model.force.membrane import MembraneHand, MembraneModel
 
     random = np.random.default_rng(5)
-    nothing = tuple((0.0,) * len(Hand._fields) for _ in Hand._fields)
+    nothing = tuple((0.0,) * len(MembraneHand._fields) for _ in MembraneHand._fields)
     limits = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
     off = []
     for _ in range(presses):
         diameter, mount, stretch, depth = random.uniform([0.01, 0.008, 0.0, 0.001], [0.09, 0.016, 0.08, 0.015])
-        hand = Hand(float(random.uniform(50e3, 90e3)), float(random.uniform(0.0016, 0.0024)), float(mount))
+        hand = MembraneHand(float(random.uniform(50e3, 90e3)), float(random.uniform(0.0016, 0.0024)), float(mount))
         model = MembraneModel(hand, nothing, 0.0, limits)
         sheet = Sheet(
             GAUGE,

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception import analytic
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.perception.view import seen as view_of
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics
@@ -257,7 +257,7 @@ def _of_sheet(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surfac
         raise SystemExit(
             "presses of the sheet are seen by pixels of 0.42 mm alone; leave out --pixel, or name other shapes by --shape"
         )
-    view = view_of(Press(body, float(rng.uniform(5e-3, 60e-3)), float(rng.uniform(2e-3, 12e-3)), _place(rng)))
+    view = view_of(BodyPress(body, float(rng.uniform(5e-3, 60e-3)), float(rng.uniform(2e-3, 12e-3)), _place(rng)))
     heights = DISTANCE - view.depth[view.touching].astype(np.float64)
     return Surface(view.depth.astype(np.float64), float(heights.max() if kind == "sphere" else np.median(heights)))
 

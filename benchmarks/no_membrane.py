@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import CLEAN, CORRELATED, WHITE_10, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import find_contact, load_depth_png, mask_membrane, track_height
@@ -80,7 +80,7 @@ def presses() -> Iterator[DepthFrame]:
     for stretch in (0.0, 0.03, 0.06):
         for depth in (0.003, 0.015, 0.028):
             for body in (Cylinder(0.02), Sphere(0.015), Sphere(0.04)):
-                view = seen(Press(body, stretch=stretch, depth=depth, mesh=2e-3))
+                view = seen(BodyPress(body, stretch=stretch, depth=depth, mesh=2e-3))
                 for noise in (CLEAN, WHITE_10, CORRELATED):
                     frame = observe(view, noise, 1)
                     yield frame

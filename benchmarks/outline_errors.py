@@ -22,7 +22,7 @@ from outline_kinds import ellipse, prism
 from scipy.spatial import ConvexHull
 
 from stretch_bt.accuracy.perception.noise import CLEAN, WHITE_03, Noise, observe
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen_of
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, SheetView, seen_of
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import contact_outline, deproject, find_contact, highest_of, outline_at, to_membrane
@@ -51,7 +51,7 @@ NOISES = {
 class Pressed:
     """What is seen of a press, and the area, m^2, and the perimeter, m, of where the sheet touches."""
 
-    view: Seen
+    view: SheetView
     area: float
     perimeter: float
 
@@ -83,10 +83,10 @@ def pressed(shape: str, seed: int) -> Pressed:
     fine = solved.shape.points(900, 1000).reshape(-1, 3)
     near = fine[np.hypot(*(fine[:, :2] - at).T) < 0.03]
     hull = ConvexHull(near[solved.touches(near)][:, :2])
-    return Pressed(seen_of(Press(drawn, stretch, depth, at), solved), float(hull.volume), float(hull.area))
+    return Pressed(seen_of(BodyPress(drawn, stretch, depth, at), solved), float(hull.volume), float(hull.area))
 
 
-def level_line(view: Seen, below: float) -> tuple[float, float]:
+def level_line(view: SheetView, below: float) -> tuple[float, float]:
     """Return the area, m^2, and the perimeter, m, of the level line of a surface without noise."""
     from contourpy import contour_generator
 
@@ -98,7 +98,7 @@ def level_line(view: Seen, below: float) -> tuple[float, float]:
     return area_of(curve), perimeter_of(curve)
 
 
-def _points(view: Seen) -> tuple[npt.NDArray[np.floating], float]:
+def _points(view: SheetView) -> tuple[npt.NDArray[np.floating], float]:
     return deproject(observe(view, CLEAN, 0))[0], PLANE_DISTANCE
 
 

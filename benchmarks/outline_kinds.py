@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import CLEAN, CORRELATED, WHITE_03, WHITE_10, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception import deproject, measure_contact, to_membrane
 from stretch_bt.perception.size.result import ContactSize
@@ -135,7 +135,7 @@ def off(size: ContactSize, corners: Array) -> float:
     return float(np.abs(told - radii(corners, angles, EDGE)).max()) / stated
 
 
-def measured(press: Press, noise: Noise, seed: int, fillet_sd: float = 0.1e-3) -> ContactSize:
+def measured(press: BodyPress, noise: Noise, seed: int, fillet_sd: float = 0.1e-3) -> ContactSize:
     """Return the size of a press seen with noise; labels are what the smoothed height shows, as a segmentation has them."""
     points, valid = deproject(observe(seen(press), noise, seed))
     points = to_membrane(points, PLANE_DISTANCE)
@@ -144,7 +144,7 @@ def measured(press: Press, noise: Noise, seed: int, fillet_sd: float = 0.1e-3) -
     return measure_contact(points, labels, stretch=press.stretch, fillet_sd=fillet_sd)
 
 
-def outcomes(name: str, kind: str, corners: Array, press: Press, seeds: int) -> Iterator[tuple[str, str]]:
+def outcomes(name: str, kind: str, corners: Array, press: BodyPress, seeds: int) -> Iterator[tuple[str, str]]:
     """Print the answers on an outline, and yield noise and outcome of each frame."""
     for noise, made in NOISES.items():
         for seed in range(1 if noise == "none" else seeds):
@@ -175,7 +175,7 @@ def main() -> None:
         if not name.startswith(given.only):
             continue
         body = Cylinder(2 * float(corners[0, 0])) if kind == "circle" else prism(corners)
-        press = Press(body, given.stretch / MM, given.depth / MM, mesh=1e-3)
+        press = BodyPress(body, given.stretch / MM, given.depth / MM, mesh=1e-3)
         try:
             for noise, outcome in outcomes(name, kind, corners, press, given.seeds):
                 table[kind, noise][outcome] += 1

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from kept import kept
 
-from stretch_bt.accuracy.palpation.palpated import Seen
+from stretch_bt.accuracy.palpation.palpated import PalpationTruth
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import run
@@ -131,7 +131,7 @@ def model_of(hand: str, seed: int, folder: Path) -> str:
 
 def palpated(kind: str, seed: int, tree: str, hand: str, params: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers of a run on an own object."""
-    notes: list[Seen] = []
+    notes: list[PalpationTruth] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         scene = folder / "scene.yaml"
@@ -140,7 +140,7 @@ def palpated(kind: str, seed: int, tree: str, hand: str, params: dict[str, Any])
         assert isinstance(spec, BalloonObject | SoftSphereObject)
 
         def watch(runner: Runner) -> None:
-            notes.append(Seen(runner, spec.top))
+            notes.append(PalpationTruth(runner, spec.top))
             runner.watchers.append(notes[0])
 
         given = {**params, "model": model_of(hand, seed, folder)}

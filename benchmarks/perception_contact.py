@@ -22,7 +22,7 @@ from perception_skirt import fine_cells, prior_from, table
 from perception_skirt import presses as training_presses
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, Noise, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, measure_contact
@@ -63,13 +63,13 @@ SETTINGS = (
 )
 
 
-def tested() -> list[Press]:
+def tested() -> list[BodyPress]:
     """Return 100 presses in an order that mixes them."""
     rng = np.random.default_rng(7)
     cases = list(product(DIAMETERS, STRETCHES, DEPTHS))
     places = np.round(rng.uniform(-8, 8, (len(cases), 2)), 2)
     found = [
-        Press(Cylinder(d * 1e-3), x * 1e-3, z * 1e-3, (float(u) * 1e-3, float(v) * 1e-3))
+        BodyPress(Cylinder(d * 1e-3), x * 1e-3, z * 1e-3, (float(u) * 1e-3, float(v) * 1e-3))
         for (d, x, z), (u, v) in zip(cases, places, strict=True)
     ]
     return [found[n] for n in rng.permutation(len(found))]
@@ -87,7 +87,7 @@ def prior_without(diameter: float) -> SkirtPrior:
 
 
 @lru_cache(maxsize=512)
-def bound(press: Press, shape_name: str, cell_sd: float, stretch_known: bool) -> tuple[float, float]:
+def bound(press: BodyPress, shape_name: str, cell_sd: float, stretch_known: bool) -> tuple[float, float]:
     """Return the bounds, m, of the diameters along i and along j."""
     prior = prior_without(diameter_of(press))
     shape = hypothesis(shape_name, Context(press.stretch if stretch_known else None, 1e-3, 0.0, prior))
@@ -101,7 +101,7 @@ def bound(press: Press, shape_name: str, cell_sd: float, stretch_known: bool) ->
     return size.diameter_i[1], size.diameter_j[1]
 
 
-def diameter_of(press: Press) -> float:
+def diameter_of(press: BodyPress) -> float:
     assert isinstance(press.indenter, Cylinder)
     return press.indenter.diameter
 

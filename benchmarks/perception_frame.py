@@ -21,7 +21,7 @@ from scipy.ndimage import binary_fill_holes
 
 from stretch_bt.accuracy.perception.analytic import camera, noisy, render, sphere_press
 from stretch_bt.accuracy.perception.noise import CLEAN, CORRELATED, WHITE_03, WHITE_05, WHITE_10, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import (
@@ -41,14 +41,16 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 MM = 1e3
 AT = (-0.002, 0.004)
 SPHERES = [
-    Press(Sphere(2 * r), x, d, AT)
+    BodyPress(Sphere(2 * r), x, d, AT)
     for r, d in ((12.5e-3, 10e-3), (20e-3, 8e-3), (20e-3, 12e-3), (25e-3, 10e-3))
     for x in (0.015, 0.045)
 ]
 CYLINDERS = [
-    Press(Cylinder(w), x, d, AT) for w, d in ((15e-3, 8e-3), (25e-3, 6e-3), (25e-3, 12e-3)) for x in (0.01, 0.02, 0.05)
+    BodyPress(Cylinder(w), x, d, AT)
+    for w, d in ((15e-3, 8e-3), (25e-3, 6e-3), (25e-3, 12e-3))
+    for x in (0.01, 0.02, 0.05)
 ]
-SLACK = [Press(Sphere(40e-3), 0.0, 12e-3, AT), Press(Cylinder(25e-3), 0.0, 10e-3, AT)]
+SLACK = [BodyPress(Sphere(40e-3), 0.0, 12e-3, AT), BodyPress(Cylinder(25e-3), 0.0, 10e-3, AT)]
 NOISES = {"white 0.3": WHITE_03, "white 0.5": WHITE_05, "white 1.0": WHITE_10, "correlated": CORRELATED}
 BINS = (0.5, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0001)
 
@@ -123,7 +125,7 @@ def class_rows(frames: int) -> Iterator[str]:
                 yield class_row(group, presses, name, noise, rule, max(1, frames // 8))
 
 
-def class_row(group: str, presses: list[Press], name: str, noise: Noise, rule: Any, frames: int) -> str:
+def class_row(group: str, presses: list[BodyPress], name: str, noise: Noise, rule: Any, frames: int) -> str:
     overlaps, ratios, none = [], [], 0
     for press in presses:
         view = seen(press)
@@ -202,7 +204,7 @@ def height_rows(frames: int) -> Iterator[str]:
             )
 
 
-def top_of(view: Seen) -> float:
+def top_of(view: SheetView) -> float:
     """Return the height of the middle of the face, m, which is what a height away from the rim means."""
     points, _ = cloud(observe(view, CLEAN, 0))
     v, u = np.nonzero(view.touching)

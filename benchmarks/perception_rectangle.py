@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, Noise, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact
@@ -35,7 +35,7 @@ MM, DEGREES = 1e3, 180.0 / math.pi
 BOUNDS = {"white": "asked .6 mm, 1.5 degrees", "correlated": "asked 1.5 mm at depth 10 mm and more, misses 3 %"}
 
 
-def presses(count: int) -> list[Press]:
+def presses(count: int) -> list[BodyPress]:
     """Return random presses of boxes, the first side the shorter one."""
     rng = np.random.default_rng(12345)
     found = []
@@ -48,12 +48,12 @@ def presses(count: int) -> list[Press]:
         )
         at = rng.uniform(-8e-3, 8e-3, 2)
         found.append(
-            Press(Box(first, second, float(angle)), float(stretch), float(depth), (float(at[0]), float(at[1])))
+            BodyPress(Box(first, second, float(angle)), float(stretch), float(depth), (float(at[0]), float(at[1])))
         )
     return found
 
 
-def row_of(press: Press, noise: Noise, seed: int) -> list[float]:
+def row_of(press: BodyPress, noise: Noise, seed: int) -> list[float]:
     """Return depth, stretch, errors of short and long side and rotation, their sd, and CPU time in ms; NaN if refused."""
     assert isinstance(press.indenter, Box)
     frame = observe(seen(press), noise, seed)
@@ -119,20 +119,20 @@ def shapes(frames: int) -> Iterator[str]:
             yield f"{kind:32s}" + "  ".join(f"{called[n]:9d}" for n in names) + f"  {np.median(times):6.0f}"
 
 
-def random_press(kind: str, rng: np.random.Generator, least: float, number: int) -> Press:
+def random_press(kind: str, rng: np.random.Generator, least: float, number: int) -> BodyPress:
     stretch, depth = float(rng.choice(STRETCHES)) * 1e-3, float(rng.uniform(least, 15e-3))
     at, angle = rng.uniform(-8e-3, 8e-3, 2), float(rng.uniform(-np.pi / 2, np.pi / 2))
     diameter = float(rng.uniform(10e-3, 30e-3))
     if kind.startswith("cylinder"):
-        return Press(Cylinder(diameter), stretch, depth, (float(at[0]), float(at[1])))
+        return BodyPress(Cylinder(diameter), stretch, depth, (float(at[0]), float(at[1])))
     if kind == "box 15 x 15 mm":
-        return Press(Box(15e-3, 15e-3, angle), stretch, depth, (float(at[0]), float(at[1])))
+        return BodyPress(Box(15e-3, 15e-3, angle), stretch, depth, (float(at[0]), float(at[1])))
     if kind == "box 20 x 20 mm":
-        return Press(Box(20e-3, 20e-3, angle), stretch, depth, (float(at[0]), float(at[1])))
+        return BodyPress(Box(20e-3, 20e-3, angle), stretch, depth, (float(at[0]), float(at[1])))
     return [p for p in presses(200) if p.depth >= least][number]
 
 
-def called_of(press: Press, noise: Noise, seed: int) -> tuple[str, float]:
+def called_of(press: BodyPress, noise: Noise, seed: int) -> tuple[str, float]:
     """Return the shape that a frame is said to show, and the CPU time in ms."""
     frame = observe(seen(press), noise, seed)
     try:

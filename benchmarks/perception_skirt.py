@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import Press, Seen, seen
+from stretch_bt.accuracy.perception.view import BodyPress, SheetView, seen
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.perception.size import prior as prior_module
-from stretch_bt.perception.size.cells import Cells, cells_of
+from stretch_bt.perception.size.cells import HeightCells, cells_of
 from stretch_bt.perception.size.circle import Circle
 from stretch_bt.perception.size.conformal import COUNT
 from stretch_bt.perception.size.fit import fit_to
@@ -39,19 +39,19 @@ DEGREE = 3
 FILE = Path(prior_module.__file__).with_name("skirt.json")
 
 
-def presses() -> list[Press]:
+def presses() -> list[BodyPress]:
     """Return the presses, off centre by a Halton sequence."""
     from scipy.stats import qmc
 
     cases = list(product(DIAMETERS, STRETCHES, DEPTHS))
     places = np.round(OFF_CENTRE * qmc.Halton(2, scramble=False).random(len(cases) + 1)[1:] - OFF_CENTRE / 2, 2)
     return [
-        Press(Cylinder(d * 1e-3), x * 1e-3, z * 1e-3, (float(u) * 1e-3, float(v) * 1e-3))
+        BodyPress(Cylinder(d * 1e-3), x * 1e-3, z * 1e-3, (float(u) * 1e-3, float(v) * 1e-3))
         for (d, x, z), (u, v) in zip(cases, places, strict=True)
     ]
 
 
-def fine_cells(view: Seen) -> Cells:
+def fine_cells(view: SheetView) -> HeightCells:
     """Return the cells of a press without noise, labelled by the truth."""
     frame = observe(view, FINE, 0)
     points, valid = deproject(frame)
@@ -69,12 +69,12 @@ def weak_prior() -> SkirtPrior:
     return SkirtPrior(one, one)
 
 
-def row_of(press: Press) -> list[float] | None:
+def row_of(press: BodyPress) -> list[float] | None:
     """Return diameter, stretch, depth, radius as fitted, and the nine targets of the prior; None where none is found."""
     return row_of_view(seen(press), press)
 
 
-def row_of_view(view: Seen, press: Press) -> list[float] | None:
+def row_of_view(view: SheetView, press: BodyPress) -> list[float] | None:
     """Return the row of a press that was solved."""
     assert isinstance(press.indenter, Cylinder)
     cells = fine_cells(view)
@@ -115,7 +115,7 @@ def prior_from(rows: Array) -> SkirtPrior:
     return SkirtPrior(regress(rows, (0, 1, 2)), regress(rows, (1, 2)))
 
 
-def table(wanted: Sequence[Press]) -> Array:
+def table(wanted: Sequence[BodyPress]) -> Array:
     """Return the rows of all presses that could be fitted."""
     return np.array([row for row in map(row_of, wanted) if row is not None])
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from perception_skirt import fine_cells
 
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.size import box_prior
 from stretch_bt.perception.size.around import ORDERS
@@ -31,11 +31,11 @@ from stretch_bt.perception.size.box_prior import (
     matching,
     steady_terms,
 )
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
 from stretch_bt.perception.size.free_form import FreeForm
-from stretch_bt.perception.size.hypothesis import Context, Measured
+from stretch_bt.perception.size.hypothesis import Context, FittedSizes
 from stretch_bt.perception.size.prior import shipped_prior
 from stretch_bt.perception.size.rectangle import GEOMETRY, HEIGHT, RATIO, SKIRT, Rectangle
 from stretch_bt.perception.size.start import start_of
@@ -52,13 +52,13 @@ RIDGE = 1e-5
 OUTLIER = 6.0
 
 
-def presses(count: int) -> list[Press]:
+def presses(count: int) -> list[BodyPress]:
     """Return presses spread by a Sobol sequence."""
     from scipy.stats import qmc
 
     cases = LOW + (HIGH - LOW) * qmc.Sobol(7, scramble=True, seed=7).random(1024)[:count]
     cases[:, 3] = np.maximum(cases[:, 3], 0.0)
-    return [Press(Box(*c[:3].tolist()), float(c[3]), float(c[4]), (float(c[5]), float(c[6]))) for c in cases]
+    return [BodyPress(Box(*c[:3].tolist()), float(c[3]), float(c[4]), (float(c[5]), float(c[6]))) for c in cases]
 
 
 def weak_prior() -> BoxPrior:
@@ -85,25 +85,25 @@ class Held(Rectangle):
         return np.concatenate([against, (q[:5] - self.at) * 1e8]), np.hstack([by, held])
 
 
-def truth_of(press: Press) -> Array:
+def truth_of(press: BodyPress) -> Array:
     """Return x, y, sides, rotation and depth of a press."""
     assert isinstance(press.indenter, Box)
     return np.array([*press.at, press.indenter.first, press.indenter.second, press.indenter.angle, press.depth])
 
 
-def start_at(press: Press) -> Array:
+def start_at(press: BodyPress) -> Array:
     """Return parameters at the truth with about the right skirt."""
     truth, q = truth_of(press), np.zeros(9 + len(ORDERS))
     q[:5], q[HEIGHT], q[RATIO], q[SKIRT.start] = truth[:5], truth[5], 2.0, 0.4 * truth[5]
     return q
 
 
-def context_of(press: Press) -> Context:
+def context_of(press: BodyPress) -> Context:
     assert isinstance(press.indenter, Box)
     return Context(press.stretch, press.indenter.edge, 0.0, shipped_prior())
 
 
-def row_of(press: Press) -> Array | None:
+def row_of(press: BodyPress) -> Array | None:
     """Return the six sizes, the stretch and the targets; None where the sheet has no equilibrium."""
     try:
         cells = fine_cells(seen(press))
@@ -147,7 +147,7 @@ def prior_from(rows: Array) -> BoxPrior:
     return BoxPrior(regress(rows, known=True), regress(rows, known=False), np.zeros(5), np.zeros(2))
 
 
-def missed(press: Press, prior: BoxPrior) -> Array:
+def missed(press: BodyPress, prior: BoxPrior) -> Array:
     """Return what a fit without noise misses: x, y, sides, m, rotation, rad."""
     truth = truth_of(press)
     shape = Rectangle(context_of(press), prior)
@@ -158,7 +158,7 @@ def missed(press: Press, prior: BoxPrior) -> Array:
     return fit_to(shape, fine_cells(seen(press)), q).q[:5] - truth[:5]
 
 
-def halves_miss(wanted: list[Press], rows: Array) -> tuple[Array, Array]:
+def halves_miss(wanted: list[BodyPress], rows: Array) -> tuple[Array, Array]:
     """Return (n, 5) what fits miss with the prior of the other half of the presses, and the presses' numbers."""
     found, numbers = [], []
     for half in (0, 1):
@@ -206,7 +206,7 @@ def systematic_of(errors: Array, rotation: Array) -> Array:
     return np.array([x, y, *np.sqrt(np.maximum(sides, 1e-10)), turn])
 
 
-def free_form_misses(prior: BoxPrior, wanted: list[Press]) -> Array:
+def free_form_misses(prior: BoxPrior, wanted: list[BodyPress]) -> Array:
     """Return (n, 2) what free outlines without noise miss of the widths of cylinders and boxes through their centre, m."""
     found = []
     for press in wanted:
@@ -220,13 +220,13 @@ def free_form_misses(prior: BoxPrior, wanted: list[Press]) -> Array:
     return np.array(found)
 
 
-def choose_start(shape: FreeForm, cells: Cells) -> Measured:
+def choose_start(shape: FreeForm, cells: HeightCells) -> FittedSizes:
     """Return what a free outline measures."""
     fit = best_fit(shape, cells, start_of(cells))
     return shape.measure(fit.q, fit.covariance)
 
 
-def width_of(press: Press, direction: float) -> float:
+def width_of(press: BodyPress, direction: float) -> float:
     """Return the width through the centre of the object that is pressed in, m."""
     body = press.indenter
     if isinstance(body, Cylinder):
@@ -236,7 +236,7 @@ def width_of(press: Press, direction: float) -> float:
     return min(body.first / max(c, 1e-9), body.second / max(s, 1e-9))
 
 
-def round_presses() -> list[Press]:
+def round_presses() -> list[BodyPress]:
     """Return every seventh of the cylinders that the round prior is made from, at a depth of 5 mm and more."""
     from perception_skirt import presses as cylinders
 

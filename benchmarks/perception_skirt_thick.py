@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from perception_skirt import left_out, prior_from, row_of_view
 
-from stretch_bt.accuracy.perception.view import Press, seen_of
+from stretch_bt.accuracy.perception.view import BodyPress, seen_of
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.size import prior as prior_module
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -39,7 +39,7 @@ def rows_of(
     """Return the rows of rising presses by one cylinder; lengths in mm, weight over the sheet's own. A press without equilibrium ends them."""
     found, last = [], None
     for depth in DEPTHS:
-        wanted = Press(Cylinder(diameter * 1e-3), stretch * 1e-3, depth * 1e-3, (at[0] * 1e-3, at[1] * 1e-3))
+        wanted = BodyPress(Cylinder(diameter * 1e-3), stretch * 1e-3, depth * 1e-3, (at[0] * 1e-3, at[1] * 1e-3))
         try:
             last = press(
                 wanted.indenter,

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, observe
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import (
@@ -40,7 +40,7 @@ STRETCHES = (10e-3, 30e-3, 60e-3)
 DEPTHS = (8e-3, 10e-3, 12e-3, 15e-3, 18e-3, 21e-3, 25e-3)
 EYE = (0.0, 0.0, PLANE_DISTANCE)
 
-Start = Callable[[DepthFrame, Seen], Contact]
+Start = Callable[[DepthFrame, SheetView], Contact]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Cap:
     """A press by a sphere: its half angle as a disc of equal area, and the bound of 1/R for 0.3 mm, in 1/R."""
 
     radius: float
-    view: Seen
+    view: SheetView
     angle: float
     bound: float
 
@@ -57,7 +57,7 @@ def presses() -> Iterator[Cap]:
     """Yield the presses that have an equilibrium and a cap of at least 15 degrees."""
     for radius, stretch, depth in product(RADII, STRETCHES, DEPTHS):
         try:
-            view = seen(Press(Sphere(2.0 * radius), stretch, depth))
+            view = seen(BodyPress(Sphere(2.0 * radius), stretch, depth))
         except NoEquilibrium:
             continue
         angle = float(np.degrees(np.arcsin(min(1.0, view.radius / radius))))
@@ -65,7 +65,7 @@ def presses() -> Iterator[Cap]:
             yield Cap(radius, view, angle, bound(view, 0.3e-3) * radius)
 
 
-def bound(view: Seen, noise: float) -> float:
+def bound(view: SheetView, noise: float) -> float:
     """Return the Cramer-Rao bound of 1/R, 1/m, of the pixels that touch."""
     points, _ = deproject(view.depth.astype(np.float64), CAMERA)
     touching = to_membrane(points, PLANE_DISTANCE)[view.touching]
@@ -74,7 +74,7 @@ def bound(view: Seen, noise: float) -> float:
     return float(np.sqrt(np.linalg.inv(jacobian @ jacobian.T)[3, 3])) * noise / sight.size**2
 
 
-def as_found(frame: DepthFrame, view: Seen) -> Contact:
+def as_found(frame: DepthFrame, view: SheetView) -> Contact:
     """Return the contact that the segmentation finds."""
     return find_contact(frame)
 
@@ -82,7 +82,7 @@ def as_found(frame: DepthFrame, view: Seen) -> Contact:
 def within(long: float, wide: float) -> Start:
     """Return what takes the pixels in an ellipse about the true contact, `long` and `wide` times its size, as contact."""
 
-    def start(frame: DepthFrame, view: Seen) -> Contact:
+    def start(frame: DepthFrame, view: SheetView) -> Contact:
         points, valid = deproject(frame)
         points = to_membrane(points, PLANE_DISTANCE)
         true = points[view.touching & valid, :2]

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.accuracy.reconstruction.run import Found, Unfinished, grid, reconstructed
+from stretch_bt.accuracy.reconstruction.run import ReconstructionOutcome, Unfinished, grid, reconstructed
 from stretch_bt.errors import SceneError
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.sweep.package_digest import package_digest
@@ -52,7 +52,7 @@ HEAD = (
 GRIDS = (1, 2, 3, 4, 5)
 
 
-def line(found: Found | str) -> str:
+def line(found: ReconstructionOutcome | str) -> str:
     """Return what came of a run as text."""
     if isinstance(found, str):
         return found
@@ -97,12 +97,12 @@ class Rows:
         if self.file is not None:
             self.known = {row["key"]: row["found"] for row in self.file.rows(iter([*self.file.statuses]))}
 
-    def line(self, label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | str:
+    def line(self, label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> ReconstructionOutcome | str:
         """Print what came of a run, or why nothing did, and return it."""
         key = json.dumps([_state(), label, _scene_text(scene), seed, dict(params)])
         if key in self.known:
             known = self.known[key]
-            found = known if isinstance(known, str) else Found(**known)
+            found = known if isinstance(known, str) else ReconstructionOutcome(**known)
         else:
             done = reconstructed(scene, seed, params)
             found = done.reason if isinstance(done, Unfinished) else done
@@ -110,7 +110,7 @@ class Rows:
         print(f"{label:22s}  {line(found)}", flush=True)
         return found
 
-    def _keep(self, key: str, found: Found | str) -> None:
+    def _keep(self, key: str, found: ReconstructionOutcome | str) -> None:
         if self.file is not None:
             told = found if isinstance(found, str) else asdict(found)
             self.file.write({"key": key, "status": "SUCCESS", "found": told})
@@ -128,9 +128,9 @@ def _scene_text(scene: str | Path) -> str:
     return scene.read_text(encoding="utf-8") if isinstance(scene, Path) else scene
 
 
-def _print_object(name: str, found: list[Found | str]) -> None:
+def _print_object(name: str, found: list[ReconstructionOutcome | str]) -> None:
     """Print what came of an object over all seeds."""
-    good = [f for f in found if isinstance(f, Found)]
+    good = [f for f in found if isinstance(f, ReconstructionOutcome)]
     shapes = {shape: sum(f.shape == shape for f in good) for shape in sorted({f.shape for f in good})}
     print(f"{name}: {len(good)} of {len(found)} answered, {shapes}")
     if not good:
@@ -153,7 +153,7 @@ def _print_random(kind: str, make: Callable[[np.random.Generator], Any], count: 
     with tempfile.TemporaryDirectory() as folder:
         scenes = [_scene(Path(folder), f"{kind}{k}", make(np.random.default_rng(k))) for k in range(count)]
         kept = [rows.line(f"{kind} {k}", scene, k, {}) for k, scene in enumerate(scenes)]
-    good = [f for f in kept if isinstance(f, Found)]
+    good = [f for f in kept if isinstance(f, ReconstructionOutcome)]
     if good:
         shares, errors, upper = np.array([(f.coverage, f.rms, f.upper) for f in good]).T
         print(
@@ -168,11 +168,15 @@ def _print_random(kind: str, make: Callable[[np.random.Generator], Any], count: 
 def _against_grid(name: str, rows: Rows) -> None:
     """Print how many presses a square grid takes to cover as much as the planned ones."""
     planned = rows.line(f"{name} 0", name, 0, {})
-    if not isinstance(planned, Found):
+    if not isinstance(planned, ReconstructionOutcome):
         return
     for count in GRIDS:
         found = rows.line(f"{name} {count} x {count}", name, 0, {"poses": grid(name, count), "max_presses": count**2})
-        if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
+        if (
+            isinstance(found, ReconstructionOutcome)
+            and found.coverage >= planned.coverage - 0.01
+            and found.rms <= 1.05 * planned.rms
+        ):
             break
     print(f"{name}: planned {planned.presses} presses, grid {count**2}", flush=True)
 

@@ -29,7 +29,7 @@ from stretch_bt.accuracy.twin.press import press_once
 from stretch_bt.accuracy.twin.press_tasks import (
     OBJECTS,
     REFERENCE,
-    Press,
+    PressFigures,
     apart,
     pressed,
     scene_with,
@@ -115,7 +115,7 @@ def errors(item: Item) -> dict[str, Any]:
     raise NoEquilibrium(f"none of {_TRIES} bodies has a press")
 
 
-def _sizes(one: Press, known: Press) -> dict[str, float]:
+def _sizes(one: PressFigures, known: PressFigures) -> dict[str, float]:
     return {name: abs(value) for name, value in apart(one, known).items() if math.isfinite(value)}
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from kept import kept
 
 import stretch_bt
-from stretch_bt.accuracy.twin.press_tasks import REFERENCE, Press, drawn, possible, pressed, scene_with, solved
+from stretch_bt.accuracy.twin.press_tasks import REFERENCE, PressFigures, drawn, possible, pressed, scene_with, solved
 from stretch_bt.errors import NoAnswer, SceneError
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.advisor.choose import NOISE, Chosen, choose
@@ -85,7 +85,7 @@ def press_task(seed: int, priced: bool) -> dict[str, Any]:
     return {"seed": seed, "reason": "; ".join(refused)}
 
 
-def everything(text: str) -> Press:
+def everything(text: str) -> PressFigures:
     """Return a press with everything on; raises NoEquilibrium."""
     known = pressed(scene_with(text, possible(text)), settings=RUNGS[FINEST])
     bare = scene_with(text, {"sag", "bending"})
@@ -95,14 +95,14 @@ def everything(text: str) -> Press:
     return known._replace(force=known.force * finer)
 
 
-def _pressed(text: str, rung: str, on: frozenset[str] | set[str]) -> Press | None:
+def _pressed(text: str, rung: str, on: frozenset[str] | set[str]) -> PressFigures | None:
     try:
         return pressed(scene_with(text, on), settings=RUNGS[rung])
     except NoAnswer:
         return None
 
 
-def _priced(text: str, part: float, known: Press, chosen: Chosen) -> dict[str, Any]:
+def _priced(text: str, part: float, known: PressFigures, chosen: Chosen) -> dict[str, Any]:
     """Return the cheapest choice within the tolerance, by trying all that are cheaper than the one chosen, the cheapest first."""
     scene, table = parse_scene(text), read_sheet_table()
     case, able = Case(scene, scene.object.rough()), possible(text)

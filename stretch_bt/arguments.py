@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.units import Estimate, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate
 
 __all__ = [
     "check_arguments",

@@ -15,7 +15,7 @@ from operator import itemgetter
 from typing import Protocol
 
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
 

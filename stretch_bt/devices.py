@@ -20,7 +20,7 @@ from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.polled import PolledDriver
 from stretch_bt.hardware.wire_thread import Sample, Wire, WireError, WireThread
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = [
     "ArmDriver",

@@ -23,7 +23,8 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_counts, check_kind, check_numbers, check_unmasked
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
-from stretch_bt.units import KINDS, Force, Length, Time, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import KINDS, Force, Length, Time
 
 __all__ = ["DepthFrame", "Intrinsics", "Pose", "Wrench"]
 

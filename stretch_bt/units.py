@@ -1,21 +1,20 @@
 """Physical quantities: their dimensions, the units people write, and values with a standard deviation.
 
 Inside the package every number is SI (m, kg, s, N, Pa, rad). Text from files and the command line carries its unit
-(`10 mm`, `1.5 N/mm`); this module is the only place that converts between the two.
+(`10 mm`, `1.5 N/mm`); this module is the only place that reads it.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import lru_cache
-from numbers import Integral, Real
-from typing import Annotated, Any, NamedTuple, TypeGuard
+from typing import Annotated, Any, NamedTuple
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number, plain_number
+from stretch_bt.unit_words import units_like
 
 __all__ = [
     "DIMENSIONLESS",
@@ -37,18 +36,10 @@ __all__ = [
     "Time",
     "Torque",
     "Volume",
-    "Within",
-    "digits_apart",
-    "format_apart",
-    "format_duration",
-    "format_quantity",
-    "is_number",
     "kind_of",
     "misspelt_quantity",
     "parse_quantity",
     "parse_unit",
-    "plain_list",
-    "plain_number",
     "suggest_quantity",
     "unit_names",
     "without_unit",
@@ -133,57 +124,6 @@ class Kind:
         return {"type": "string", "pattern": QUANTITY_PATTERN, "examples": [f"1 {self.unit}"]}
 
 
-@dataclass(frozen=True, slots=True)
-class Within:
-    """Bounds of a field of a file, SI, both ends allowed: `Annotated[Length, Within(0.005, 0.080, "Length")]`."""
-
-    min: float = -math.inf
-    max: float = math.inf
-    kind: str | None = None
-    percent: bool = False  # of a number that is written so
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Refuse values outside the bounds, in the unit that the field is shown in; a plain number may be a percentage."""
-        from pydantic_core import core_schema
-
-        inner = handler(source)
-        if source is float and self.kind is None:
-            inner = core_schema.no_info_before_validator_function(_of_percentage, inner)
-        return core_schema.no_info_after_validator_function(self.check, inner)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        """Describe a plain number as one that may be a percentage."""
-        made = handler(schema)
-        if made.get("type") == "number" and self.kind is None:
-            return {**made, "type": ["number", "string"], "pattern": PERCENTAGE_PATTERN}
-        return made
-
-    def check(self, value: float) -> float:
-        """Return the value; raises InvalidInput when it is out of bounds."""
-        if self.min <= value <= self.max:
-            return value
-        digits = digits_apart(self._shown, value, self.min, self.max)
-        given, least, most = (self._shown(v, digits) for v in (value, self.min, self.max))
-        bounds = ((self.min, f"at least {least}"), (self.max, f"at most {most}"))
-        allowed = " and ".join(text for bound, text in bounds if math.isfinite(bound))
-        raise InvalidInput(f"{given} is out of bounds; write {allowed}")
-
-    def _shown(self, value: float, digits: int) -> str:
-        if self.percent:
-            return f"{100 * value:.{max(digits, 6)}g} %"
-        return format_quantity(value, KINDS[self.kind] if self.kind else None, digits)
-
-
-def _of_percentage(given: Any) -> Any:
-    """Return the number of a percentage, and anything else as it is."""
-    if not isinstance(given, str) or "%" not in given:
-        return given
-    try:
-        return parse_quantity(given)[0]
-    except InvalidInput:
-        return given
-
-
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
@@ -255,31 +195,6 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "%": (1e-2, DIMENSIONLESS),
 }
 
-#: words that people write for a unit
-_WORDS_FOR_UNITS = {
-    "sec": "s",
-    "msec": "ms",
-    "second": "s",
-    "minute": "min",
-    "hour": "h",
-    "meter": "m",
-    "metre": "m",
-    "millimeter": "mm",
-    "millimetre": "mm",
-    "centimeter": "cm",
-    "centimetre": "cm",
-    "micron": "um",
-    "newton": "N",
-    "pascal": "Pa",
-    "kilopascal": "kPa",
-    "degree": "deg",
-    "°": "deg",
-    "radian": "rad",
-    "hertz": "Hz",
-    "gram": "g",
-    "kilogram": "kg",
-}
-
 _LIKE_A_QUANTITY = re.compile(r"\s*([-+]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?)\s*([^\W\d_]\S*|°|)\s*")
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
 _FACTOR = re.compile(r"(1|%|[^\W\d_²³]+)(?:\^(-?[0-9]{1,2})|([²³]))?")
@@ -317,28 +232,6 @@ class Estimate(float):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Estimate, (float(self), self.sd)
-
-
-def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a finite number, of Python or numpy; a truth is none."""
-    try:
-        return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
-        return False
-
-
-def plain_number(value: Any) -> Any:
-    """Return a number of numpy as Python's own, and anything else as it is."""
-    if isinstance(value, int | float):
-        return value
-    if isinstance(value, Integral):
-        return int(value)
-    return float(value) if isinstance(value, Real) else value
-
-
-def plain_list(value: Any) -> Any:
-    """Return an array of numpy as a list of Python's own numbers, and anything else as it is."""
-    return value.tolist() if type(value).__module__ == "numpy" and getattr(value, "ndim", 0) > 0 else value
 
 
 def kind_of(dimension: Dimension) -> Kind | None:
@@ -436,7 +329,7 @@ def suggest_quantity(text: str, dimension: Dimension) -> str:
         return f"write a number and a unit, as in '10 {unit}'"
     number, word = match[1].replace(",", "."), match[2]
     known = _known_units()
-    fitting = [name for name in (word, *_units_like(word)) if known.get(name) == dimension]
+    fitting = [name for name in (word, *units_like(word, _known_units())) if known.get(name) == dimension]
     return f"write '{number} {fitting[0]}'" if fitting else f"use one of {', '.join(unit_names(dimension))}"
 
 
@@ -454,7 +347,7 @@ def misspelt_quantity(text: str) -> str | None:
         parse_unit(word)
         return f"write '{number} {word}'" if "," in match[1] else None
     except InvalidInput:
-        like, apart = _units_like(word), text.strip().count(" ") == 1
+        like, apart = units_like(word, _known_units()), text.strip().count(" ") == 1
     if like and (apart or len(word) > 1):
         return f"write '{number} {like[0]}'"
     return "write a number and a unit, as in '10 mm'" if apart else None
@@ -462,38 +355,3 @@ def misspelt_quantity(text: str) -> str | None:
 
 def _known_units() -> dict[str, Dimension]:
     return {name: d for name, (_, d) in _UNITS.items()} | {k.unit: k.dimension for k in KINDS.values()}
-
-
-def _units_like(word: str) -> list[str]:
-    """Return the units that a word may mean: one that it spells out, and those of other case."""
-    spelt = get_close_matches(word.lower().removesuffix("s") or word, _WORDS_FOR_UNITS, n=1, cutoff=0.85)
-    alike = [name for name in _known_units() if name.lower() == word.lower()]
-    return [*(_WORDS_FOR_UNITS[name] for name in spelt), *alike]
-
-
-def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4) -> str:
-    """Return text such as `10 mm`, in the unit that the kind is shown in."""
-    if isinstance(kind, Dimension):
-        kind = kind_of(kind)
-    if kind is None:
-        return f"{value:.{digits}g}"
-    return f"{value / kind.scale:.{digits}g} {kind.unit}"
-
-
-def format_duration(seconds: float) -> str:
-    """Return text such as `90 s`, `10 min` or `2 h`: in the longest unit of which it is a whole number."""
-    for unit, length in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= length and seconds % length == 0:
-            return f"{seconds / length:g} {unit}"
-    return f"{seconds:g} s"
-
-
-def format_apart(kind: Kind, value: float, *bounds: float) -> list[str]:
-    """Return a value and the bounds that it is past as text, SI in, with as many digits as tell it from each of them."""
-    digits = digits_apart(lambda number, digits: format_quantity(number, kind, digits), value, *bounds)
-    return [format_quantity(number, kind, digits) for number in (value, *bounds)]
-
-
-def digits_apart(show: Callable[[float, int], str], value: float, *others: float) -> int:
-    """Return the fewest digits, from 4 on, with which `show` tells a value from others; 4 where it is one of them."""
-    return next((d for d in range(4, 18) if show(value, d) not in [show(other, d) for other in others]), 4)

@@ -13,24 +13,21 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.plain_numbers import is_number, plain_number
+from stretch_bt.quantity_text import format_apart, format_duration, format_quantity
 from stretch_bt.units import (
     DIMENSIONLESS,
     KINDS,
     Dimension,
     Estimate,
     Length,
-    Within,
-    format_apart,
-    format_duration,
-    format_quantity,
-    is_number,
     kind_of,
     parse_quantity,
     parse_unit,
-    plain_number,
     suggest_quantity,
     unit_names,
 )
+from stretch_bt.within import Within
 
 kinds = st.sampled_from(sorted(KINDS.values(), key=lambda kind: kind.name))
 numbers = st.floats(-1e9, 1e9, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 1e-9)

@@ -4,32 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from stretch_bt.accuracy.job import Axis, Domain
+from stretch_bt.accuracy.job import CostAxis, Domain
 from stretch_bt.accuracy.points import Kind, Row, Setting
 from stretch_bt.accuracy.summary import Spread, Summary, summarise
 from stretch_bt.accuracy.table import number
 
-__all__ = ["NOT_MEASURED", "Found", "spread"]
+__all__ = ["NOT_MEASURED", "DomainSummaries", "spread"]
 
 NOT_MEASURED = "what was not measured"
 
 
-class Found:
+class DomainSummaries:
     """The summaries of a domain, to be put into words by kind of error and cost."""
 
     def __init__(self, domain: Domain, rows: Iterable[Row]) -> None:
         self.kinds, self.peers = domain.kinds, domain.peers
         self.summaries = [s for s in summarise(rows) if not s.is_reference]
 
-    def default(self, kind: str, axis: Axis) -> str:
+    def default(self, kind: str, axis: CostAxis) -> str:
         """Return the default with its error and its cost."""
         return self._words(next((s for s in self._of(kind, axis) if s.default), None), kind, axis)
 
-    def setting(self, setting: Setting, kind: str, axis: Axis) -> str:
+    def setting(self, setting: Setting, kind: str, axis: CostAxis) -> str:
         """Return a setting with its error and its cost."""
         return self._words(next((s for s in self._of(kind, axis) if s.setting == setting), None), kind, axis)
 
-    def cheapest(self, kind: str, axis: Axis, within: float, series: Sequence[str] = ()) -> str:
+    def cheapest(self, kind: str, axis: CostAxis, within: float, series: Sequence[str] = ()) -> str:
         """Return the cheapest setting whose error stays within a bound, of some series or of all but peers.
 
         Of 20 cases and more 95 in 100 must be within, else all, and none may lack an answer that the others of its series have.
@@ -48,10 +48,10 @@ class Found:
         ]
         return self._words(min(good, key=lambda s: _costs(s, kind, axis).median, default=None), kind, axis)
 
-    def _of(self, kind: str, axis: Axis) -> list[Summary]:
+    def _of(self, kind: str, axis: CostAxis) -> list[Summary]:
         return [s for s in self.summaries if s.errors(kind) and s.costs(axis.of, kind)]
 
-    def _words(self, summary: Summary | None, kind: str, axis: Axis) -> str:
+    def _words(self, summary: Summary | None, kind: str, axis: CostAxis) -> str:
         if summary is None:
             return NOT_MEASURED
         errors, cost = _errors(summary, kind), _costs(summary, kind, axis)
@@ -72,7 +72,7 @@ def _errors(summary: Summary, kind: str) -> Spread:
     return found
 
 
-def _costs(summary: Summary, kind: str, axis: Axis) -> Spread:
+def _costs(summary: Summary, kind: str, axis: CostAxis) -> Spread:
     found = summary.costs(axis.of, kind)
     assert found is not None
     return found

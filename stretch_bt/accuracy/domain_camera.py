@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stretch_bt.accuracy import peers
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import CPU_MS, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind
 
@@ -26,7 +26,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say which pitch to take."""
     one = found.cheapest("depth", CPU_MS, 1e-6, ("renderer",))
     default = found.default("depth", CPU_MS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import CPU_MS, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind
 
@@ -25,7 +25,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say how many directions to take."""
     return (
         f"So take the default, {found.default('spread', CPU_MS)}; material points, another model, differ from it by 0.01 to 0.08, "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stretch_bt.accuracy import peers
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import CPU_MS, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind
 
@@ -32,7 +32,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say which setting to take."""
     default, half = found.default("force", CPU_MS), found.cheapest("force", CPU_MS, 0.005, (FLAT, f"{FLAT}, settled"))
     one, two = (found.cheapest("force", CPU_MS, within, LOOP) for within in (0.01, 0.005))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import ROBOT_S, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind, Setting
 
@@ -26,7 +26,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say which protocol to take."""
     active = found.setting(Setting("palpate_active", "as shipped"), "stiffness", ROBOT_S)
     return (

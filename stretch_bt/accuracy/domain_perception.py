@@ -8,7 +8,7 @@ from itertools import groupby, zip_longest
 from pkgutil import iter_modules
 
 from stretch_bt.accuracy import peers
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import CPU_MS, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind
 
@@ -46,7 +46,7 @@ OMITTED = {
 PEERS = peers.names(("pyransac3d_sphere", "open3d_normals"))
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say which settings to take."""
     return (
         f"So take the defaults: of a height {found.default('height', CPU_MS)}, of a sphere {found.default('radius', CPU_MS)}, "

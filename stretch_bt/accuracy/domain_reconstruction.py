@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import PRESSES, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind, Setting
 
@@ -25,7 +25,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say how many presses to take."""
     four = found.setting(Setting("square grid", "4"), "missed", PRESSES)
     one = found.setting(Setting("planned", "at most 1"), "missed", PRESSES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import NODES, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind, Setting
 
@@ -25,7 +25,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say what a tick takes."""
     plain = found.setting(Setting("stretch-bt, no record", "100 nodes"), "latency", NODES)
     bare = found.setting(Setting("py_trees, no ports", "100 nodes"), "latency", NODES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import CPU_S, Domain, Job, Panel
 from stretch_bt.accuracy.points import Kind, Setting
 
@@ -26,7 +26,7 @@ OMITTED = {
 }
 
 
-def take(found: Found) -> str:
+def take(found: DomainSummaries) -> str:
     """Say which effects to switch on."""
     everything = found.setting(Setting("effects", "everything"), "apart", CPU_S)
     few = found.setting(Setting("effects", "all but friction and softening"), "apart", CPU_S)

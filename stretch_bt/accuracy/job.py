@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from stretch_bt.accuracy.points import Answer, Kind, Row, Setting
 
 if TYPE_CHECKING:
-    from stretch_bt.accuracy.advice import Found
+    from stretch_bt.accuracy.advice import DomainSummaries
 
-__all__ = ["CPU_MS", "CPU_S", "NODES", "PRESSES", "ROBOT_MIN", "ROBOT_S", "Axis", "Domain", "Job", "Panel"]
+__all__ = ["CPU_MS", "CPU_S", "NODES", "PRESSES", "ROBOT_MIN", "ROBOT_S", "CostAxis", "Domain", "Job", "Panel"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Job:
     once: bool = False
 
 
-class Axis(NamedTuple):
+class CostAxis(NamedTuple):
     """A cost as it is drawn: its name with the unit, and how many of that unit a row costs."""
 
     name: str
@@ -50,18 +50,18 @@ def _scaled(value: float | None, scale: float) -> float | None:
     return None if value is None else value * scale
 
 
-CPU_MS = Axis("CPU ms", lambda row: _scaled(row.cpu_seconds, 1e3))
-CPU_S = Axis("CPU s", lambda row: row.cpu_seconds)
-ROBOT_S = Axis("robot s", lambda row: row.robot_seconds)
-ROBOT_MIN = Axis("robot minutes", lambda row: _scaled(row.robot_seconds, 1 / 60))
-PRESSES, NODES = Axis("presses", _cost), Axis("nodes", _cost)
+CPU_MS = CostAxis("CPU ms", lambda row: _scaled(row.cpu_seconds, 1e3))
+CPU_S = CostAxis("CPU s", lambda row: row.cpu_seconds)
+ROBOT_S = CostAxis("robot s", lambda row: row.robot_seconds)
+ROBOT_MIN = CostAxis("robot minutes", lambda row: _scaled(row.robot_seconds, 1 / 60))
+PRESSES, NODES = CostAxis("presses", _cost), CostAxis("nodes", _cost)
 
 
 class Panel(NamedTuple):
     """A diagram: a kind of error by a cost, of all series that have both or of those that are named."""
 
     kind: str
-    axis: Axis = CPU_MS
+    axis: CostAxis = CPU_MS
     series: tuple[str, ...] = ()
     title: str = ""
 
@@ -78,7 +78,7 @@ class Domain:
     about: str
     kinds: Mapping[str, Kind]
     panels: Sequence[Panel]
-    take: Callable[[Found], str]
+    take: Callable[[DomainSummaries], str]
     omitted: Mapping[str, str]
     warm: Callable[[], None]
     jobs: Callable[[bool], Iterable[Job]]

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from stretch_bt.accuracy import file
-from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.advice import DomainSummaries
 from stretch_bt.accuracy.job import Domain
 from stretch_bt.accuracy.picture import draw
 from stretch_bt.accuracy.points import SKIPPED, Row
@@ -53,7 +53,7 @@ def write(folder: Path, rows: Sequence[Row]) -> None:
 
 
 def _page(chosen: dict[str, Domain], shares: dict[str, list[Row]]) -> str:
-    takes = {name: domain.take(Found(domain, shares[name])) for name, domain in chosen.items()}
+    takes = {name: domain.take(DomainSummaries(domain, shares[name])) for name, domain in chosen.items()}
     lines = [f"| [{name}](#{name}) | {_default(domain, shares[name])} |" for name, domain in chosen.items()]
     table = "\n".join(["| part | the default, its error and its cost |", "|---|---|", *lines])
     sections = [_section(name, domain, shares[name], takes[name]) for name, domain in chosen.items()]
@@ -63,7 +63,7 @@ def _page(chosen: dict[str, Domain], shares: dict[str, list[Row]]) -> str:
 def _default(domain: Domain, rows: Sequence[Row]) -> str:
     """Return the default of the first panel in words."""
     first = domain.panels[0]
-    return Found(domain, rows).default(first.kind, first.axis)
+    return DomainSummaries(domain, rows).default(first.kind, first.axis)
 
 
 def _section(name: str, domain: Domain, rows: Sequence[Row], take: str) -> str:

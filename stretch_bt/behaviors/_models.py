@@ -9,8 +9,9 @@ from typing import ClassVar
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
 from stretch_bt.model.force.force_model import FITTED, PAPER
+from stretch_bt.quantity_text import format_apart
 from stretch_bt.tree.ports import Behavior, In, port
-from stretch_bt.units import KINDS, Estimate, format_apart
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["ModelBehavior", "inverted", "within_range"]
 

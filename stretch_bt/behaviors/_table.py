@@ -58,7 +58,7 @@ class _Kind:
 _FORCES = _Kind(
     characterization.NAME,
     characterization.FORMAT,
-    characterization.Press,
+    characterization.PressRow,
     1,
     characterization.first_lines,
     characterization.table_line,

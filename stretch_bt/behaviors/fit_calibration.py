@@ -5,7 +5,7 @@ from contextlib import suppress
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors.protocol_records import Table
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
-from stretch_bt.model.calibration.characterization import Press, as_table, read_table
+from stretch_bt.model.calibration.characterization import PressRow, as_table, read_table
 from stretch_bt.model.calibration.characterization import Table as Presses
 from stretch_bt.model.force.force_model import FITTED_FILE
 from stretch_bt.tree.ports import Behavior, In, Out, Status
@@ -58,4 +58,4 @@ class FitCalibration(Behavior):
         if self.measured is None:
             raise IllConditioned("there is no table to fit to; name a file as 'table', or run 'plan_protocol' first")
         content = self.measured.content
-        return as_table(content.provenance, list(content.of(Press)))
+        return as_table(content.provenance, list(content.of(PressRow)))

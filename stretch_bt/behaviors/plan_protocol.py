@@ -12,9 +12,10 @@ from stretch_bt.hardware.indenters import check_indenter
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.calibration.conditioning import Conditioning
 from stretch_bt.model.calibration.protocol import Protocol, protocol
+from stretch_bt.quantity_text import format_apart
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import KINDS, Length, format_apart
+from stretch_bt.units import KINDS, Length
 
 _ROUNDING = 1e-9
 

@@ -1,7 +1,7 @@
 """Writing down a press of a characterisation."""
 
 from stretch_bt.behaviors._row import RowBehavior
-from stretch_bt.model.calibration.characterization import Press
+from stretch_bt.model.calibration.characterization import PressRow
 from stretch_bt.tree.ports import In, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force
@@ -11,15 +11,15 @@ from stretch_bt.units import Force
 class WriteRow(RowBehavior):
     """Add the present press to the table that `plan_protocol` opened, and return once the disk has it."""
 
-    row = Press
+    row = PressRow
     force: In[Force]  # force at this press
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
 
-    def press(self, stretch: float, depth: float) -> Press:
+    def press(self, stretch: float, depth: float) -> PressRow:
         """Return the present press."""
         indenter = self.indenter
         force, sd = float(self.force), float(self.force_sd)
-        return Press(
+        return PressRow(
             indenter.geometry,
             indenter.size,
             stretch,

@@ -11,7 +11,7 @@ import typer
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json, in_place
 
 if TYPE_CHECKING:
-    from stretch_bt.hardcases import Row
+    from stretch_bt.hardcases import CaseRow
 
 __all__ = ["command"]
 
@@ -24,7 +24,7 @@ def command(
     from stretch_bt.hardcases import DOMAINS, cases, run
 
     chosen = {name: cases(name) for name in dict.fromkeys(domain or DOMAINS)}
-    rows: list[Row] = []
+    rows: list[CaseRow] = []
     with redirect_stdout(sys.stderr):  # what a case prints must not get among the result
         for name, found in chosen.items():
             for hard in found.values():
@@ -39,7 +39,7 @@ def command(
         raise typer.Exit(EXIT_FAILURE)
 
 
-def _show(rows: list[Row]) -> None:
+def _show(rows: list[CaseRow]) -> None:
     for row in rows:
         mark, color = ("ok", typer.colors.GREEN) if row.ok else ("no", typer.colors.RED)
         typer.secho(f"{mark}  {row.domain}: {row.name}: {row.expected}", fg=color)

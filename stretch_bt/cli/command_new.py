@@ -110,7 +110,7 @@ def _check_device(name: str, kind: str) -> None:
 
 def _check_node(name: str) -> None:
     """Raise InvalidInput where trees write something else by this name."""
-    from stretch_bt.tree.registry import snake_case
+    from stretch_bt.tree.node_info import snake_case
 
     if (made := snake_case(_title(name))) != name:
         raise InvalidInput(

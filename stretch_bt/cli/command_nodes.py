@@ -13,11 +13,12 @@ from rich.table import Table
 from stretch_bt.cli.output import AsJson, emit_json
 from stretch_bt.cli.rows import add_row
 from stretch_bt.errors import InvalidInput, TreeError
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.source import did_you_mean
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS
 
 if TYPE_CHECKING:
-    from stretch_bt.tree.registry import NodeInfo
+    from stretch_bt.tree.node_info import NodeInfo
 
 __all__ = ["command", "imported_nodes"]
 
@@ -29,7 +30,8 @@ def command(
 ) -> None:
     """List the nodes that trees may use, with their ports, and the constructs of the language."""
     from stretch_bt.tree.flow import CONSTRUCTS
-    from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.node_description import describe
+    from stretch_bt.tree.registry import load_all
     from stretch_bt.tree.schema.constructs import describe_construct
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 

@@ -7,16 +7,16 @@ name, and is never pickled: a worker looks it up. `run` carries one out and retu
 from stretch_bt.hardcases.expect import Check, Expectation, Range, Refusal, Value, Warned
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.hardcases.registry import DOMAINS, case, cases
-from stretch_bt.hardcases.run import Row, run
+from stretch_bt.hardcases.run import CaseRow, run
 
 __all__ = [
     "DOMAINS",
+    "CaseRow",
     "Check",
     "Expectation",
     "Hard",
     "Range",
     "Refusal",
-    "Row",
     "Value",
     "Warned",
     "case",

@@ -12,7 +12,7 @@ from stretch_bt.errors import named, writable
 from stretch_bt.hardcases.expect import Ended
 from stretch_bt.hardcases.hard import Hard
 
-__all__ = ["Row", "run"]
+__all__ = ["CaseRow", "run"]
 
 #: characters of an outcome that are shown
 _SHOWN = 300
@@ -29,7 +29,7 @@ class _Balanced(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class CaseRow:
     """The outcome of a case; `seconds` is CPU time, `iterations` and `residual` come from a solver's answer, else None."""
 
     domain: str
@@ -46,7 +46,7 @@ class Row:
         return asdict(self)
 
 
-def run(domain: str, case: Hard) -> Row:
+def run(domain: str, case: Hard) -> CaseRow:
     """Carry out a case, and return its outcome.
 
     A warning that is not expected is a failure, as is an error of any class.
@@ -55,7 +55,7 @@ def run(domain: str, case: Hard) -> Row:
     ended = _ended(case)
     seconds = time.process_time() - began
     ok, outcome = _judged(case, ended)
-    return Row(domain, case.name, case.expect.says, outcome, ok, *_effort(ended.answer), seconds)
+    return CaseRow(domain, case.name, case.expect.says, outcome, ok, *_effort(ended.answer), seconds)
 
 
 def _ended(case: Hard) -> Ended:

@@ -8,7 +8,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.indenters import check_indenter
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["check_age", "check_asked", "check_speed"]
 

@@ -20,7 +20,8 @@ from stretch_bt.hardware.implementations import Implementations, Unusable
 from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.source import Map, Scalar, Value, load, resolve, validate
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 __all__ = ["CellSpec", "DeviceSpec", "cell_names", "cell_schema", "load_cell"]
 

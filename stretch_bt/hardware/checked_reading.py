@@ -8,7 +8,7 @@ from typing import Any
 from stretch_bt.errors import shown
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["check_reading"]
 

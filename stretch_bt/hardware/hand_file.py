@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
-from stretch_bt.units import Angle, Length, Within
+from stretch_bt.units import Angle, Length
+from stretch_bt.within import Within
 
 __all__ = ["FORMAT", "TURNS", "HandFile", "written"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, format_apart
+from stretch_bt.quantity_text import format_apart
+from stretch_bt.units import KINDS
 
 __all__ = ["GEOMETRIES", "check_indenter", "described"]
 

@@ -13,7 +13,9 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.asked import check_speed
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.slack import most_measured
-from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_apart, format_quantity
+from stretch_bt.quantity_text import format_apart, format_quantity
+from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time
+from stretch_bt.within import Within
 
 __all__ = ["LIMITED", "ContactLimit", "Limits", "Span"]
 

@@ -17,7 +17,7 @@ from stretch_bt.hardware.child import Child
 from stretch_bt.hardware.latched import Latched
 from stretch_bt.hardware.messages import Answer, Codec, Lost, Message, Request
 
-__all__ = ["Deadlines", "Program", "Supervisor"]
+__all__ = ["Deadlines", "ProcessProgram", "Supervisor"]
 
 _BEAT = 0.05
 #: how long the thread may take to hear why a process ended that takes no messages, s
@@ -27,7 +27,7 @@ _HANGS = 0.5
 
 
 @dataclass(frozen=True)
-class Program:
+class ProcessProgram:
     """What runs in the process: a module, its messages, the first of them, and files that it inherits."""
 
     module: str
@@ -69,7 +69,7 @@ class Supervisor(Latched):
     def __init__(
         self,
         name: str,
-        program: Program,
+        program: ProcessProgram,
         deadlines: Deadlines,
         *,
         take: Callable[[Message], bool],

@@ -26,7 +26,8 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.driver import Driver, Mistake, Options
 from stretch_bt.source import did_you_mean
 from stretch_bt.source.comments import comments_of
-from stretch_bt.units import KINDS, Kind, Within
+from stretch_bt.units import KINDS, Kind
+from stretch_bt.within import Within
 
 __all__ = ["options_model"]
 

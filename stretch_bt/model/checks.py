@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["MOST_SD", "require_correlation", "require_covariance", "require_within"]
 

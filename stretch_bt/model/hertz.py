@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import as_reals
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["SHAPES", "hertz_depth", "hertz_force"]
 

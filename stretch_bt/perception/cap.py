@@ -15,7 +15,8 @@ from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.outlines.level import highest_of
 from stretch_bt.perception.outlines.level_place import blurred
 from stretch_bt.perception.types import MADE, Contact
-from stretch_bt.units import Estimate, Length, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate, Length
 
 __all__ = ["Cap", "cap_of", "cap_residual"]
 

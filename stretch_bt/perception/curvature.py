@@ -16,7 +16,7 @@ from stretch_bt.perception.smooth import derivative, enlarge, ready_for_differen
 from stretch_bt.perception.surface import Surface, binned_surface, check_array, check_points, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Bending", "Curvatures", "along_axes", "bending", "brand", "curvatures", "spread"]
+__all__ = ["Curvatures", "SurfaceDerivatives", "along_axes", "bending", "brand", "curvatures", "spread"]
 
 Image = npt.NDArray[np.float32]
 
@@ -85,7 +85,7 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
 
 
 @dataclass(frozen=True, slots=True)
-class Bending:
+class SurfaceDerivatives:
     """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins."""
 
     x: Image
@@ -99,7 +99,7 @@ class Bending:
         return np.sqrt(1.0 + self.x * self.x + self.y * self.y)
 
 
-def bending(surface: Surface, lateral: Lateral) -> Bending:
+def bending(surface: Surface, lateral: Lateral) -> SurfaceDerivatives:
     """Return the derivatives of a surface, or of part of it."""
     from stretch_bt.perception.surface_kernel import fill_bending
 
@@ -107,10 +107,10 @@ def bending(surface: Surface, lateral: Lateral) -> Bending:
     found = np.empty((4, *surface.height.shape), dtype=np.float32)
     share = lateral.every // surface.step
     fill_bending(smooth, moves.reshape(len(moves), -1), v, u, 1.0 / share, *found)
-    return Bending(*found)
+    return SurfaceDerivatives(*found)
 
 
-def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
+def along_axes(surface: Surface, bent: SurfaceDerivatives) -> tuple[Image, Image]:
     """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted."""
     from stretch_bt.perception.surface_kernel import fill_along
 
@@ -119,7 +119,7 @@ def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
     return i, j
 
 
-def _twice_mean(surface: Surface, bent: Bending, lateral: Lateral) -> Image:
+def _twice_mean(surface: Surface, bent: SurfaceDerivatives, lateral: Lateral) -> Image:
     """Return twice the mean curvature, 1/m, 0 where not trusted (any text on differential geometry, for h(x, y))."""
     (h, w), (moves, v, u) = bent.x.shape, lateral.of(surface)
     area = np.prod(moves[v : v + h, u : u + w, :2], axis=-1) * np.float32((surface.step / lateral.every) ** 2)

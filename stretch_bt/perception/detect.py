@@ -10,7 +10,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.quiet import Quiet
 from stretch_bt.perception.reference import Reference, check_kernel, coarse_rise
 from stretch_bt.perception.types import FloatArray
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["ContactDetector"]
 

@@ -12,7 +12,8 @@ from stretch_bt.perception.surface import check_labels, check_points
 from stretch_bt.perception.top import Places, Points, Top, disc_of
 from stretch_bt.perception.tops import noise_around
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
-from stretch_bt.units import Estimate, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate
 
 __all__ = ["lift_of_flat", "lift_off"]
 

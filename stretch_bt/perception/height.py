@@ -26,7 +26,8 @@ from stretch_bt.perception.top_disc import LEAST_POINTS, DiscTop, top_by_discs
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
-from stretch_bt.units import Estimate, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate
 
 __all__ = ["top_of_pixels", "top_of_points", "track_height", "within_reach"]
 

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_path
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame, Intrinsics, as_reals
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.source.arrays import load_arrays
 from stretch_bt.source.bounds import MAX_IMAGE, read_bytes
 from stretch_bt.source.png import check_png
-from stretch_bt.units import is_number
 
 __all__ = ["load_depth_png", "load_depth_stack"]
 

@@ -18,7 +18,8 @@ from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.mask import LARGEST
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FRAME, MADE, Contact, MaskArray
-from stretch_bt.units import Estimate, Length, Speed, Time, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate, Length, Speed, Time
 
 __all__ = ["HANG", "FreeView", "Pattern", "with_left_over", "without_pattern"]
 

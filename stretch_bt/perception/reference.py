@@ -16,7 +16,7 @@ from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["Reference", "calmed", "check_kernel", "coarse_rise", "smoothed_rise"]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
+from stretch_bt.perception.curvature import SurfaceDerivatives, along_axes, bending, spread
 from stretch_bt.perception.lateral import Lateral
 from stretch_bt.perception.regions import bounds, widened
 from stretch_bt.perception.robust import quantile, sample
@@ -102,7 +102,7 @@ def mean_scale(ground: Ground, moves: Lateral, expected: Estimate, before: Estim
     return Scale(ground, (_weighted(ground, bent, ratio.value),), found or before)
 
 
-def _ratio(ground: Ground, bent: Bending, expected: Estimate, before: Estimate | None) -> Estimate | None:
+def _ratio(ground: Ground, bent: SurfaceDerivatives, expected: Estimate, before: Estimate | None) -> Estimate | None:
     """Return the ratio of the tensions, from the raised part that is not in contact by the ratio so far; None if unseen."""
     surface, found = ground.surface, before
     for _ in range(1 if before else 3):
@@ -119,7 +119,7 @@ def _ratio(ground: Ground, bent: Bending, expected: Estimate, before: Estimate |
     return found
 
 
-def _weighted(ground: Ground, bent: Bending, ratio: float) -> Signal:
+def _weighted(ground: Ground, bent: SurfaceDerivatives, ratio: float) -> Signal:
     """Return the mean curvature weighted by the tensions.
 
     (h_xx + k h_yy) / ((1 + h_x^2 + k (1 + h_y^2)) sqrt(1 + h_x^2 + h_y^2)), its sign turned, is 1/R on any sphere, and 0

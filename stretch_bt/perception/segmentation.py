@@ -18,7 +18,8 @@ from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.held import check_held
 from stretch_bt.perception.lateral import lateral
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
+from stretch_bt.perception.noise_of_frame import noise_spectrum
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale

@@ -18,7 +18,7 @@ from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
 from stretch_bt.perception.stripes import NO_STRIPES, Stripes, stripes_of, without_lines
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = [
     "Cleaned",

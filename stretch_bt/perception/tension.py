@@ -11,7 +11,8 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_unmasked
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
-from stretch_bt.units import Estimate, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Estimate
 
 __all__ = ["LEAST_PULL", "PRIOR", "check_stretch", "combine", "expected_ratio", "tension_ratio"]
 

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
+from stretch_bt.perception.noise_of_frame import noise_spectrum
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.surface import clean
 from stretch_bt.perception.top import Places, Points, Top
@@ -42,14 +43,14 @@ LEAST_FAR = 6.0  # lengths of noise, as far as which they reach at least
 ENOUGH = 6_000  # pixels of the surroundings, of which noise that is alike leaves far more than white noise does
 
 
-class Window(NamedTuple):
+class HeightWindow(NamedTuple):
     """The median height of the points about a place along an axis, m, and its variance, m^2."""
 
     place: float
     height: float
     variance: float
 
-    def above(self, other: Window) -> float:
+    def above(self, other: HeightWindow) -> float:
         """Return by how many standard deviations it is the higher."""
         return (self.height - other.height) / math.sqrt(max(self.variance + other.variance, 1e-18))
 
@@ -94,20 +95,20 @@ def summits(contact: Points, around: Points, sd: float) -> list[Points]:
     return [disc for disc in discs if len(disc) >= LEAST_TOP] or [contact]
 
 
-def _windows(around: Points, t: Array, s: Array, step: float, reach: float, sd: float) -> list[Window]:
+def _windows(around: Points, t: Array, s: Array, step: float, reach: float, sd: float) -> list[HeightWindow]:
     """Return the windows along an axis up to `reach` from 0; `t`, `s` (n,) are the points' distances along it and from it, m."""
     count = min(math.ceil(reach / step), 24)
-    row = list[Window]()
+    row = list[HeightWindow]()
     for place in step * np.arange(-count, count + 1):
         inside = np.flatnonzero((np.abs(t - place) < step) & (s < 1.5 * step))
         if inside.size >= LEAST_IN:
             shared = around.noise.of_mean(inside.size * around.every**2) if around.noise is not None else 0.0
             variance = MEDIAN * sd * sd / inside.size + shared
-            row.append(Window(float(place), quantile(around.cloud[2][inside]), variance))
+            row.append(HeightWindow(float(place), quantile(around.cloud[2][inside]), variance))
     return row
 
 
-def _tops(row: list[Window], length: float, clear: float, *, concave: bool) -> list[float]:
+def _tops(row: list[HeightWindow], length: float, clear: float, *, concave: bool) -> list[float]:
     """Return to which places, m, the membrane rises from the middle of a row: on both sides of a dip, or on one; none where it does not.
 
     A dip counts from `clear` standard deviations, or at all where the contact is `concave`.
@@ -129,7 +130,7 @@ def _tops(row: list[Window], length: float, clear: float, *, concave: bool) -> l
     return [top.place] if top.above(row[start]) > DIP else []
 
 
-def _highest(side: list[Window], fall: float) -> Window:
+def _highest(side: list[HeightWindow], fall: float) -> HeightWindow:
     """Return the highest of windows on the way from the first until they fall by so much, m."""
     best = side[0]
     for window in side:

@@ -13,7 +13,8 @@ from stretch_bt.perception.average import check_one_hand
 from stretch_bt.perception.clean import flying_pixels, median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_pixels
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
+from stretch_bt.perception.noise_of_frame import noise_spectrum
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.reference import Reference, calmed, check_kernel, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
 from stretch_bt.perception.steps import shared_step, step_of

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import Pose
-from stretch_bt.units import Angle, Curvature, Length, Time, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Angle, Curvature, Length, Time
 
 __all__ = [
     "CLOUD",

@@ -16,7 +16,7 @@ from types import ModuleType
 
 from stretch_bt.hardware.own_modules import installed_module
 from stretch_bt.tree import registry
-from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.tree.node_info import NodeInfo
 
 __all__ = ["apart"]
 

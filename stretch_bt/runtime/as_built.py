@@ -7,7 +7,7 @@ from typing import Any
 
 from stretch_bt.errors import NodeError
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.made import base_attributes
 

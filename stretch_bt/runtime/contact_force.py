@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from stretch_bt.errors import Diagnostic
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.peak_force import Stopping, fastest_for, peak_force
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.source import Mark
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["hard_contact"]
 

@@ -15,7 +15,8 @@ from stretch_bt.runtime.outputs import Outputs
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.cell import Cell as Slot
 

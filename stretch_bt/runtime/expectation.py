@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stretch_bt.errors import Diagnostic
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.runtime.mock_node import pattern_fits
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.types import FLOAT, Type
-from stretch_bt.tree.values import Refused, literal, refuse
-from stretch_bt.units import format_quantity
+from stretch_bt.tree.values import ValueRefused, literal, refuse
 
 __all__ = ["Expectation", "WantedOutput", "command_names", "wanted_output"]
 
@@ -148,7 +148,7 @@ class Expectation:
                 continue
             try:
                 wanted.resolve(built.outputs[wanted.name][0].type)
-            except Refused as refused:
+            except ValueRefused as refused:
                 yield refused.diagnostic
         known = [f"{d.name}.{c}" for d in document.devices.values() for c in command_names(d.interface)]
         for name, mark in self.commands:

@@ -10,7 +10,7 @@ from typing import TypeVar
 from py_trees.blackboard import Blackboard, KeyMetaData
 
 from stretch_bt.clock import Clock, PacedClock, VirtualClock
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 
 __all__ = ["kept_blackboard", "kept_for", "paced_for", "set_up", "shut_down"]
 

@@ -22,14 +22,15 @@ from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
 from stretch_bt.runtime.mock_value import check_port, mock_value
 from stretch_bt.source import Mark, Scalar, Value, closest, did_you_mean
-from stretch_bt.tree.build import Builder, BuiltTree, build
+from stretch_bt.tree.build import Builder, build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.expression import ExpressionError, bind, parse, typecheck
 from stretch_bt.tree.flow import Leaf, Part
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.program import Program, find_tree
 from stretch_bt.tree.types import BOOL, Type
-from stretch_bt.tree.values import Refused
+from stretch_bt.tree.values import ValueRefused
 
 __all__ = ["Mocks", "check_mocks", "for_another", "tree_of"]
 
@@ -175,7 +176,7 @@ class Mocks:
                 if check is not None:
                     for given in values:
                         check_port(given, check, value, name)
-            except Refused as refused:
+            except ValueRefused as refused:
                 self.diagnostics += [refused.diagnostic, *refused.others]
             else:
                 found += values

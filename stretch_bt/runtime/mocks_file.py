@@ -29,7 +29,7 @@ from stretch_bt.source import (
     unknown_key,
 )
 from stretch_bt.tree.types import INT, Type, from_annotation, quantity
-from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.tree.values import ValueRefused, check_bounds, literal
 from stretch_bt.units import KINDS
 
 __all__ = ["FIELDS", "FORMAT", "STATUSES", "THEN", "TOP", "read_mocks"]
@@ -213,7 +213,7 @@ class _Reader:
         try:
             found = literal(value, type_, what)
             check_bounds(found, type_, low, None, value.mark, what)
-        except Refused as refused:
+        except ValueRefused as refused:
             self.found.diagnostics.append(refused.diagnostic)
             return low
         return found
@@ -240,7 +240,7 @@ class _Reader:
             try:
                 self.found.readings[key.text] = self.numbers(values, type_, key.text)
                 self.found.reading_marks[key.text] = key.mark
-            except Refused as refused:
+            except ValueRefused as refused:
                 self.found.diagnostics.append(refused.diagnostic)
 
     def numbers(self, values: Iterable[Value], type_: Type, what: str) -> list[float]:
@@ -278,7 +278,7 @@ class _Reader:
         for key, given in value if isinstance(value, Map) else ():
             try:
                 self.found.expect.outputs.append(wanted_output(key, given))
-            except Refused as refused:
+            except ValueRefused as refused:
                 self.found.diagnostics.append(refused.diagnostic)
 
     def command(self, item: Value) -> None:

@@ -12,17 +12,19 @@ from typing import Any
 import yaml
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number, plain_number
 from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Document, Signature
 from stretch_bt.tree.headings import FORMAT
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.node_wiring import givers
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, example, literal
-from stretch_bt.units import Estimate, is_number, parse_time, plain_number
+from stretch_bt.tree.values import ValueRefused, example, literal
+from stretch_bt.units import Estimate, parse_time
 
 __all__ = ["MODIFIERS", "Called", "OneCall", "called", "names"]
 
@@ -126,7 +128,7 @@ def called(name: str) -> Called:
     return _node(info)
 
 
-def _node(info: registry.NodeInfo) -> Called:
+def _node(info: NodeInfo) -> Called:
     outs = {n: t for n, t in info.outputs.items() if n in info.ports}
     ins = {p.name: info.types[p.name] for p in info.of(Role.INPUT)}
     devices = {p.name: (info.types[p.name].name, not p.optional) for p in info.of(Role.DEVICE)}
@@ -245,7 +247,7 @@ class OneCall:
             return value
         try:
             return literal(Scalar(value, type_.kind is None, Mark(self.target.name, 1, 1)), type_, name)
-        except Refused as refused:
+        except ValueRefused as refused:
             raise InvalidInput(f"{self.target.name}: {refused.diagnostic.message}") from None
 
     def _wrong(self, name: str, value: Any, type_: Type) -> str:

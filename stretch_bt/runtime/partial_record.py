@@ -15,7 +15,7 @@ from stretch_bt.errors import Diagnostic, InvalidInput, UnsetKey
 from stretch_bt.runtime.mock_arrays import array_fields
 from stretch_bt.source import Mark, did_you_mean
 from stretch_bt.tree.types import Type, annotations_of, attributes
-from stretch_bt.tree.values import Refused, refuse
+from stretch_bt.tree.values import ValueRefused, refuse
 
 __all__ = ["FieldReader", "record_of"]
 
@@ -62,10 +62,10 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
     for name, at, value in fields:
         try:
             given[name] = _field(cls, name, value, what, at, read)
-        except Refused as refused:
+        except ValueRefused as refused:
             wrong += [refused.diagnostic, *refused.others]
     if wrong:
-        raise Refused(*wrong)
+        raise ValueRefused(*wrong)
     missing = _missing(cls, given)
     if missing or not dataclasses.is_dataclass(cls):
         return _Partial(cls, given, missing, read)

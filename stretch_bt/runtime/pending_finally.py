@@ -13,7 +13,7 @@ from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import shut_down
 from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
-from stretch_bt.tree.build import BuiltTree, Node
+from stretch_bt.tree.built_tree import BuiltTree, Node
 from stretch_bt.tree.flow.base import why_failed
 
 __all__ = ["FinallyTicker", "PendingFinally", "raise_besides", "worst_of"]

@@ -18,16 +18,17 @@ from stretch_bt.arguments import checked_seed
 from stretch_bt.blame import own_code
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.plain_numbers import plain_list, plain_number
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.copies import named_by_originals
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program
-from stretch_bt.units import plain_list, plain_number
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec

@@ -10,6 +10,7 @@ from typing import Any
 
 from stretch_bt.errors import CellError, Diagnostic, StretchError
 from stretch_bt.hardware.cell_file import CellSpec
+from stretch_bt.quantity_text import format_apart, format_quantity
 from stretch_bt.runtime.contact_force import hard_contact
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.held_force import HELD, unheld_force
@@ -20,7 +21,7 @@ from stretch_bt.tree.document import Param
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program, load_program
-from stretch_bt.units import KINDS, format_apart, format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["beyond_cell", "check_devices"]
 

@@ -17,7 +17,7 @@ from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.truth import Truths, output_values
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 
 __all__ = ["RunResult", "interrupt_result", "keys_of_main", "place_of", "result_of", "told_in", "unmet_of"]

@@ -13,6 +13,7 @@ from py_trees.common import Status
 from stretch_bt.break_off import BrokenOff
 from stretch_bt.clock import Clock, EndOfRecord
 from stretch_bt.errors import InvalidInput, NodeError
+from stretch_bt.quantity_text import format_duration
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.cut_off import CutOff
 from stretch_bt.runtime.foreign_nodes import set_up
@@ -21,8 +22,7 @@ from stretch_bt.runtime.safe_end import SafeEnd, Stoppable, explained
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.runtime.ticker import Planned, Ticker
 from stretch_bt.runtime.watcher import Watcher
-from stretch_bt.tree.build import BuiltTree
-from stretch_bt.units import format_duration
+from stretch_bt.tree.built_tree import BuiltTree
 
 __all__ = ["LONGEST", "Runner"]
 

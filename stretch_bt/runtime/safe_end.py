@@ -15,7 +15,7 @@ from stretch_bt.runtime.foreign_nodes import shut_down
 from stretch_bt.runtime.outcome import Outcome, reason_of, status_of
 from stretch_bt.runtime.stop import failed_at, stop_tree
 from stretch_bt.runtime.ticker import Ticker
-from stretch_bt.tree.build import BuiltTree, Node
+from stretch_bt.tree.built_tree import BuiltTree, Node
 
 __all__ = ["FINALLY_LIMIT", "SafeEnd", "Stoppable", "explained"]
 

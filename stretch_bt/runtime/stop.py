@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from py_trees.common import Status
 
-from stretch_bt.tree.build import Node
+from stretch_bt.tree.built_tree import Node
 from stretch_bt.tree.flow.base import failed_at
 
 __all__ = ["failed_at", "started_leaves", "stop_tree"]

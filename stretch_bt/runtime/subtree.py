@@ -19,7 +19,8 @@ from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.stop import failed_at, started_leaves, stop_tree
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.program import load_program
 

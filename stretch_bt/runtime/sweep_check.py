@@ -16,7 +16,7 @@ from stretch_bt.tree.document import Document, Param
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.sweep_file import SweepFile, read_sweep
-from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.tree.values import ValueRefused, check_bounds, literal
 
 __all__ = ["CheckedSweep", "check_sweep", "modules_below", "tree_wrong"]
 
@@ -111,7 +111,7 @@ def _values(file: SweepFile, document: Document, name: str) -> Iterator[Diagnost
     for value in file.choices[name]:
         try:
             check_bounds(literal(value, param.type, name), param.type, param.min, param.max, value.mark, name)
-        except Refused as refused:
+        except ValueRefused as refused:
             yield refused.diagnostic
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.common import Status
 
 from stretch_bt.runtime.watcher import Careful, Watcher
-from stretch_bt.tree.build import Node
+from stretch_bt.tree.built_tree import Node
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.passes import PassKeys
 

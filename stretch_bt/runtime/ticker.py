@@ -21,7 +21,7 @@ from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.telling import Telling
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.runtime.watcher import Watcher
-from stretch_bt.tree.build import BuiltTree, Node
+from stretch_bt.tree.built_tree import BuiltTree, Node
 
 __all__ = ["Planned", "Ticker"]
 

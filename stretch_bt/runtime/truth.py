@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import NoAnswer
 from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.flow.set_keys import Copy, SetKeysNode

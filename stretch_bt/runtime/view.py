@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from stretch_bt.errors import named
 from stretch_bt.runtime.onlooker import Onlooker
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 
 __all__ = ["Shown", "View"]
 

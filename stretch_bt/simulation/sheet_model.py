@@ -13,12 +13,13 @@ from stretch_bt.model.force.force_model import require_force
 from stretch_bt.model.force.membrane import MembraneModel
 from stretch_bt.model.force.membrane_table import read_table
 from stretch_bt.model.root import rising_root
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.result import SheetPress

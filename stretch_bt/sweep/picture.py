@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from stretch_bt.runtime.report.scale import ticks
+from stretch_bt.draw.axes import columns, words
+from stretch_bt.draw.scale import Linear
 from stretch_bt.runtime.report.text import escape, number
-from stretch_bt.sweep.summary import Group, Output, Summary
+from stretch_bt.sweep.summary import Output, Summary, SweepGroup
 
 __all__ = ["draw", "write_pictures"]
 
@@ -39,55 +39,35 @@ def write_pictures(folder: Path, summary: Summary) -> list[str]:
     return written
 
 
-@dataclass(frozen=True, slots=True)
-class _Scale:
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, outputs: Sequence[Output]) -> _Scale:
-        """Return one that shows all values and truths."""
-        each = np.concatenate([np.asarray(v, np.float64) for o in outputs for v in (o.values, o.truths)])
-        known = each[np.isfinite(each)]
-        low, high = float(known.min()), float(known.max())
-        margin = 0.04 * (high - low) or 0.05 * abs(high) or 1.0
-        return cls(low - margin, high + margin)
-
-    def x(self, value: float) -> str:
-        return f"{LEFT + (WIDTH - LEFT - RIGHT) * (value - self.low) / (self.high - self.low):.1f}"
+def _scale(outputs: Sequence[Output]) -> Linear:
+    """Return a scale that shows all values and truths."""
+    each = np.concatenate([np.asarray(v, np.float64) for o in outputs for v in (o.values, o.truths)])
+    known = each[np.isfinite(each)]
+    low, high = float(known.min()), float(known.max())
+    margin = 0.04 * (high - low) or 0.05 * abs(high) or 1.0
+    return Linear(low - margin, high + margin, LEFT, WIDTH - RIGHT)
 
 
-def draw(name: str, shown: Sequence[tuple[Group, Output]]) -> str:
+def draw(name: str, shown: Sequence[tuple[SweepGroup, Output]]) -> str:
     """Return the picture of one output of some groups, the first hundred of them."""
     left_out, shown = max(len(shown) - MOST_GROUPS, 0), shown[:MOST_GROUPS]
-    scale = _Scale.of([output for _, output in shown])
+    scale = _scale([output for _, output in shown])
     bottom = TOP + LINE * len(shown)
+    axis = columns([(scale.place(v), number(v, 5)) for v in scale.ticks(8)], TOP, bottom, bottom + 18, "m")
     lines = [_line(scale, TOP + LINE * (k + 0.5), group, output) for k, (group, output) in enumerate(shown)]
     unit = shown[0][1].unit
     title = f"{name}, {unit}" if unit else name
     more = f"; {left_out} more groups are in summary.json" if left_out else ""
-    body = (
-        f'<text class="t" x="12" y="22">{escape(title)}</text><text x="{LEFT}" y="22">{escape(_LEGEND + more)}</text>'
-        f"{_axis(scale, bottom)}{''.join(lines)}"
-    )
+    body = words(12, 22, title, "t") + words(LEFT, 22, _LEGEND + more) + axis + "".join(lines)
     height = bottom + BOTTOM
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}">'
     return f'{head}<style>{_STYLE}</style><rect width="{WIDTH}" height="{height}" fill="#fff"/>{body}</svg>\n'
 
 
-def _axis(scale: _Scale, bottom: int) -> str:
-    marks = ticks(scale.low, scale.high, 8)
-    return "".join(
-        f'<path class="g" d="M{scale.x(mark)} {TOP}V{bottom}"/>'
-        f'<text class="m" x="{scale.x(mark)}" y="{bottom + 18}">{number(mark, 5)}</text>'
-        for mark in marks
-    )
-
-
-def _line(scale: _Scale, y: float, group: Group, output: Output) -> str:
+def _line(scale: Linear, y: float, group: SweepGroup, output: Output) -> str:
     values = np.sort(np.asarray(output.values, np.float64))
     step = math.ceil(len(values) / MOST_DOTS)
-    dots = "".join(f'<circle class="d" cx="{scale.x(v)}" cy="{y:.1f}" r="3"/>' for v in values[::step])
+    dots = "".join(f'<circle class="d" cx="{scale.place(v):.1f}" cy="{y:.1f}" r="3"/>' for v in values[::step])
     truths = np.asarray(output.truths, np.float64)
     known = truths[np.isfinite(truths)]
     median = _tick(scale, "v", float(np.median(values)), y)
@@ -97,5 +77,5 @@ def _line(scale: _Scale, y: float, group: Group, output: Output) -> str:
     return f'<text class="e" x="{LEFT - 12}" y="{y + 4:.1f}">{escape(label)}{title}</text>{dots}{median}{truth}'
 
 
-def _tick(scale: _Scale, kind: str, value: float, y: float) -> str:
-    return f'<path class="{kind}" d="M{scale.x(value)} {y - 9:.1f}v18"/>'
+def _tick(scale: Linear, kind: str, value: float, y: float) -> str:
+    return f'<path class="{kind}" d="M{scale.place(value):.1f} {y - 9:.1f}v18"/>'

@@ -11,6 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
 from stretch_bt.hardware.imported_texts import note_imported
+from stretch_bt.quantity_text import format_duration
 from stretch_bt.runtime.copies import copies_of
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
@@ -19,7 +20,6 @@ from stretch_bt.sweep.memory import give_back
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
-from stretch_bt.units import format_duration
 
 __all__ = ["run_item"]
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
-__all__ = ["SUMMARY", "Group", "Output", "Summary", "can_be_summed_up", "write_summary"]
+__all__ = ["SUMMARY", "Output", "Summary", "SweepGroup", "can_be_summed_up", "write_summary"]
 
 SUMMARY = "summary.json"
 #: reasons that a group lists, the most frequent ones
@@ -78,7 +78,7 @@ class Output:
 
 
 @dataclass(slots=True)
-class Group:
+class SweepGroup:
     """The items of one tree, scene and combination of params."""
 
     tree: str
@@ -131,7 +131,7 @@ class Summary:
     cpu_seconds: array[float] = field(default_factory=lambda: array("d"))
     wall_seconds: array[float] = field(default_factory=lambda: array("d"))
     task_seconds: array[float] = field(default_factory=lambda: array("d"))
-    groups: dict[str, Group] = field(default_factory=dict)
+    groups: dict[str, SweepGroup] = field(default_factory=dict)
 
     def take(self, row: dict[str, Any]) -> None:
         """Take a row."""
@@ -140,7 +140,7 @@ class Summary:
             getattr(self, name).append(row[name])
         key = json.dumps([row["tree"], row["scene"], row["set"]])
         if key not in self.groups:
-            self.groups[key] = Group(row["tree"], row["scene"], row["set"])
+            self.groups[key] = SweepGroup(row["tree"], row["scene"], row["set"])
         self.groups[key].take(row)
 
     def to_json(self) -> dict[str, Any]:

@@ -13,11 +13,11 @@ from stretch_bt.hardware.interfaces import INTERFACES, is_one, kind_of
 from stretch_bt.runtime.mock_arrays import array_of
 from stretch_bt.runtime.partial_record import FieldReader, record_of
 from stretch_bt.source import Mark, Scalar, did_you_mean
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.port_check import PortCheck
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.values import Refused, literal
+from stretch_bt.tree.values import ValueRefused, literal
 from stretch_bt.units import Estimate
 
 __all__ = ["read_inputs"]
@@ -82,7 +82,7 @@ def _device(port: Port, type_: Type, given: Any) -> Any:
 def _value(port: Port, info: NodeInfo, given: Any) -> Any:
     try:
         return port.check(info.ports).judge(_plain(given, info.types[port.name], port.name))
-    except Refused as refused:
+    except ValueRefused as refused:
         found = refused.diagnostic
         raise InvalidInput(found.message + (found.hint and f"; {found.hint}")) from None
 
@@ -114,7 +114,7 @@ def _record(given: Mapping[str, Any], type_: Type, name: str) -> Any:
         try:
             return PortCheck(annotation, None, None).judge(_plain(value, type_, field))
         except InvalidInput as error:
-            raise Refused(mark.error("value", f"{field}: {error}")) from None
+            raise ValueRefused(mark.error("value", f"{field}: {error}")) from None
 
     remedy = f"give it too, as in {name}={{{{'{{}}': ...}}}}"
     reader = FieldReader(array, plain, "{} of the test", remedy, defaults=True)

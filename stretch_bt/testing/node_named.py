@@ -10,7 +10,8 @@ from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.foreign.of_class import class_in, classes_in, info_of
 from stretch_bt.tree.foreign.refused import BehaviourRefused
-from stretch_bt.tree.registry import NodeInfo, load_all, lookup
+from stretch_bt.tree.node_info import NodeInfo
+from stretch_bt.tree.registry import load_all, lookup
 
 __all__ = ["node_info"]
 

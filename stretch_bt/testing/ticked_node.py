@@ -16,13 +16,13 @@ from stretch_bt.runtime.runner import Runner
 from stretch_bt.testing.node_inputs import read_inputs
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import TICK
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.made import made
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.units import Estimate
 
 __all__ = ["NodeResult", "tick_node"]

@@ -9,8 +9,9 @@ from typing import Any
 from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.source import did_you_mean
-from stretch_bt.units import KINDS, is_number
+from stretch_bt.units import KINDS
 
 __all__ = ["motion_states", "script_values"]
 

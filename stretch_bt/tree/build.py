@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.errors import Absent, TreeError
+from stretch_bt.errors import TreeError
 from stretch_bt.tree.behavior import Behavior
+from stretch_bt.tree.built_tree import BuiltTree, Node
 from stretch_bt.tree.cell import MISSING, BoundedCell, Cell
 from stretch_bt.tree.context import Context
-from stretch_bt.tree.document import Declared, Signature
+from stretch_bt.tree.document import Declared
 from stretch_bt.tree.explained import Explained
-from stretch_bt.tree.expression import bind
-from stretch_bt.tree.expression.parse import Name
-from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.feeds import (
     Computed,
     Relay,
@@ -25,7 +22,6 @@ from stretch_bt.tree.feeds import (
     bounds_check,
     carried,
     constant,
-    error_of_field,
     present,
     tee,
 )
@@ -37,13 +33,11 @@ from stretch_bt.tree.made import made_at
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
-from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
+from stretch_bt.tree.wire_reader import TreeCells, WireReader
 
-__all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
+__all__ = ["Builder", "Substitutes", "build"]
 
-#: a py_trees behaviour that knows its `path`
-Node = Any
 C = TypeVar("C", bound=py_trees.composites.Composite)
 
 
@@ -59,55 +53,6 @@ class Substitutes(Protocol):
         ...
 
 
-@dataclass(slots=True)
-class BuiltTree:
-    """A tree ready to be ticked."""
-
-    root: Node
-    finish: Node | None
-    outputs: dict[str, tuple[Declared, Cell]]
-    nodes: dict[str, Node] = field(default_factory=dict)
-    cells: list[Cell] = field(default_factory=list)
-    devices: set[str] = field(default_factory=set)
-    #: readings in expressions, as `arm.force`
-    readings: set[str] = field(default_factory=set)
-    #: whether a runner has it: nodes keep what they did, so a tree is run once
-    taken: bool = False
-
-    @property
-    def foreign(self) -> list[ForeignNode]:
-        """The nodes that tick behaviours of other packages, which go by the clock of the machine."""
-        return [node for node in self.nodes.values() if isinstance(node, ForeignNode)]
-
-    def needed(self, mocked: Container[str] = ()) -> set[str]:
-        """Return the devices of nodes, and of the readings that are not mocked."""
-        return self.devices | {reading.partition(".")[0] for reading in self.readings if reading not in mocked}
-
-    def take_pending(self, under: Node | None = None) -> list[Node]:
-        """Return each `finally` that is owed, the innermost first: of called trees that were entered, below a node or anywhere.
-
-        It is owed once: whoever takes it runs it.
-        """
-        inside = None if under is None else {id(node) for node in under.iterate()}
-        calls = [n for n in self.nodes.values() if isinstance(n, CallNode) and n.entered and n.finish is not None]
-        calls = [n for n in calls if inside is None or id(n) in inside]
-        for call in calls:
-            call.entered = False
-        return [call.finish for call in calls]
-
-    def outline(self) -> list[tuple[int, str, str]]:
-        """Return (depth, path, label) of every node, from the root down."""
-        paths = {id(node): path for path, node in self.nodes.items()}
-
-        def visit(node: Node, depth: int) -> Iterator[tuple[int, str, str]]:
-            yield depth, paths.get(id(node), node.name), node.name
-            for child in node.children:
-                yield from visit(child, depth + 1)
-
-        rows = list(visit(self.root, 0))
-        return rows + (list(visit(self.finish, 0)) if self.finish else [])
-
-
 def build(program: Program, context: Context, substitutes: Substitutes | None = None, within: str = "") -> BuiltTree:
     """Build the main tree of a checked program; touches no device. Paths begin with `within`, where several trees share devices.
 
@@ -119,36 +64,20 @@ def build(program: Program, context: Context, substitutes: Substitutes | None = 
     return Builder(program, context, substitutes, within).main()
 
 
-@dataclass(slots=True)
-class _Frame:
-    """The cells of one use of a tree."""
-
-    signature: Signature
-    path: str
-    cells: dict[str, Cell] = field(default_factory=dict)
-    devices: dict[str, str] = field(default_factory=dict)  # of the task, where the tree calls them otherwise
-
-    @property
-    def scope(self) -> TreeScope:
-        return TreeScope(self.signature)
-
-
-class Builder:
+class Builder(WireReader):
     """Builds one tree; parts call it back for their children, cells and inputs."""
 
     def __init__(self, program: Program, context: Context, substitutes: Substitutes | None, within: str = "") -> None:
         self.program = program
         self.base = f"{within}/{program.entry}" if within else program.entry
-        self.context = context
+        super().__init__(context, TreeCells(program.main.signature, self.base))
         self.substitutes = substitutes
         self.paths = Paths()
         self.nodes: dict[str, Node] = {}
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
-        self.readings: set[str] = set()
         #: classes that make no node, each with the error of its first place
         self.unmade: dict[type[Behavior], TreeError] = {}
-        self.frame = _Frame(program.main.signature, self.base)
 
     def main(self) -> BuiltTree:
         """Build the main tree; raises TreeError with every class of a node that makes none."""
@@ -210,18 +139,9 @@ class Builder:
             port: (self.cell(keys[port][0]) if port in keys else Cell(port), type_) for port, type_ in types.items()
         }
 
-    # --- cells and inputs
+    # --- cells
 
-    def cell(self, key: str) -> Cell:
-        """Return the cell of a key of the present tree."""
-        return self.frame.cells[key]
-
-    def default(self, key: str) -> Any:
-        """Return the default of a key of the present tree."""
-        declared = self.frame.signature.declared(key)
-        return declared.default if declared is not None and declared.has_default else MISSING
-
-    def own_cells(self, frame: _Frame, declared: list[Declared]) -> list[tuple[Cell, Any]]:
+    def own_cells(self, frame: TreeCells, declared: list[Declared]) -> list[tuple[Cell, Any]]:
         """Add fresh cells to a frame and return them with their defaults."""
         fresh = []
         for d in declared:
@@ -232,46 +152,6 @@ class Builder:
             fresh.append((cell, default))
             self.cells.append(cell)
         return fresh
-
-    def thunk(self, wire: Wire) -> Callable[[], Any]:
-        """Return a callable that gives the value of a wire now."""
-        if wire.is_constant:
-            value = wire.value
-            return lambda: value
-        assert wire.expression is not None
-        return bind(wire.expression, self)
-
-    def thunk_or_none(self, wire: Wire) -> Callable[[], Any]:
-        """Return a function that gives the value of a wire, or None where the wire is only a name that holds nothing."""
-        thunk = self.thunk(wire)
-        return present(thunk, None, (Absent,)) if isinstance(wire.source, Name) and not wire.is_constant else thunk
-
-    def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
-        """Return a function that reads a name of the present tree, and the attributes left to follow."""
-        symbol = self.frame.scope.resolve(parts)
-        rest = parts[symbol.used :]
-        context = self.context
-        if symbol.origin is Origin.KEY:
-            return self.frame.cells[symbol.name].read, rest
-        if symbol.origin is Origin.SD:
-            return self.frame.cells[symbol.name].read_sd, rest
-        if symbol.origin is Origin.READING:
-            device, _, reading = symbol.name.partition(".")
-            device = self.frame.devices.get(device, device)
-            self.readings.add(f"{device}.{reading}")
-            return (lambda: context.reading(device, reading)), rest
-        if symbol.origin is Origin.TASK:
-            return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest
-        return symbol.read, rest
-
-    def key_of(self, wire: Wire) -> tuple[Cell, tuple[str, ...]] | None:
-        """Return the cell, and the attributes left to follow, of a wire that is a key as it is; else None."""
-        if not isinstance(wire.expression, Name):
-            return None
-        symbol = self.frame.scope.resolve(wire.expression.parts)
-        if symbol.origin is not Origin.KEY:
-            return None
-        return self.frame.cells[symbol.name], wire.expression.parts[symbol.used :]
 
     def condition(self, wire: Wire, path: str) -> Condition:
         """Return a condition with what explains it."""
@@ -332,28 +212,11 @@ class Builder:
             return thunk
         return bounded(thunk, bounds_check(declared.name, part.info.types[declared.name], declared.min, declared.max))
 
-    def error_of(self, wire: Wire) -> Callable[[], float | None] | None:
-        """Return what reads the error of a wire's value; None where a value of its kind carries none."""
-        if wire.source is None:
-            return None
-        if not isinstance(wire.source, Name):
-            value = bind(wire.source, self)
-            return lambda: getattr(value(), "sd", None)
-        symbol = self.frame.scope.resolve(wire.source.parts)
-        rest = wire.source.parts[symbol.used :]
-        if symbol.origin is Origin.PARAM and not rest:
-            beside = self.frame.signature.document.params.get(f"{symbol.name}_sd")
-            return None if beside is None else lambda: beside.value
-        if symbol.origin is not Origin.KEY:
-            return None
-        cell = self.frame.cells[symbol.name]
-        return cell.error if not rest else lambda: error_of_field(cell, rest)
-
     def call(self, part: Call, path: str) -> CallNode:
         """Build a called tree with cells of its own."""
         body = self.program.body(part.target)
         given = {name: self.frame.devices.get(outer, outer) for name, outer in part.devices.items()}
-        frame = _Frame(part.target, path, devices=self.frame.devices | given)
+        frame = TreeCells(part.target, path, devices=self.frame.devices | given)
         for declared in part.target.ins.values():
             frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
         taken = {d.name: self.taken(part, d, path) for d in part.target.outs.values()}

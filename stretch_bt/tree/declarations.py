@@ -12,7 +12,7 @@ from stretch_bt.errors import Diagnostic, InvalidInput
 from stretch_bt.source import Map, Scalar, Seq, Value, closest, did_you_mean, is_nothing, told, unknown_key
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
-from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
+from stretch_bt.tree.values import ValueRefused, check_bounds, is_none, literal, literal_type, refuse
 from stretch_bt.units import KINDS, kind_of, misspelt_quantity, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys", "wrong_unit"]
@@ -71,7 +71,7 @@ class Declarations:
         for read in (self.bounds, self.default, self.unit, self.scene):
             try:
                 read(made, spec)
-            except Refused as refused:
+            except ValueRefused as refused:
                 self.found.append(refused.diagnostic)
                 made.doubtful = True
         return made
@@ -178,7 +178,7 @@ class Declarations:
             return
         made.unit, made.unit_mark = value.text if isinstance(value, Scalar) else told(value), value.mark
         if made.type is not UNKNOWN and (wrong := wrong_unit(made)) is not None:
-            raise Refused(wrong)
+            raise ValueRefused(wrong)
 
     def scene(self, made: Declared, spec: Map) -> None:
         """Read whether the scene alone knows an output."""

@@ -12,8 +12,8 @@ from stretch_bt.source import Map, Mark, Scalar
 from stretch_bt.tree import registry
 from stretch_bt.tree.foreign.of_class import class_in, classes_in, info_of
 from stretch_bt.tree.foreign.refused import BehaviourRefused
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 

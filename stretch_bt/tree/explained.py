@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.tree.expression import Environment, Expression, Scope, bind, names
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import follow
 from stretch_bt.tree.types import Type
-from stretch_bt.units import format_quantity
 
 __all__ = ["Explained"]
 

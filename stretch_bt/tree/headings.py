@@ -21,7 +21,7 @@ from stretch_bt.tree.heading_reader import HeadingReader
 from stretch_bt.tree.imports import Imports
 from stretch_bt.tree.param_values import set_params
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, literal, refuse
+from stretch_bt.tree.values import ValueRefused, check_bounds, literal, refuse
 from stretch_bt.units import KINDS
 
 __all__ = ["FORMAT", "read_document"]
@@ -152,7 +152,7 @@ class _Headings(HeadingReader):
                 refuse(value.mark, "unit-missing", f"tick: {value.text} has no unit", f"write '{value.text} ms'")
             self.doc.tick_period = literal(value, type_, "tick")
             check_bounds(self.doc.tick_period, type_, 0.001, 10.0, value.mark, "tick")
-        except Refused as refused:
+        except ValueRefused as refused:
             self.doc.diagnostics.append(refused.diagnostic)
 
     def params(self, value: Value | None) -> None:

@@ -14,7 +14,7 @@ from stretch_bt.tree.flow.for_each import ForEach
 from stretch_bt.tree.flow.set_keys import SetKeys
 from stretch_bt.tree.tree_body import TreeBody
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.values import Refused, check_bounds
+from stretch_bt.tree.values import ValueRefused, check_bounds
 
 __all__ = ["known_values"]
 
@@ -28,7 +28,7 @@ def known_values(body: TreeBody) -> Iterator[Diagnostic]:
             for value, mark in written.get(wire.single_key() or "", ()):
                 try:
                     check_bounds(value, type_, low, high, mark, what)
-                except Refused as refused:
+                except ValueRefused as refused:
                     yield replace(refused.diagnostic, severity="warning")
 
 

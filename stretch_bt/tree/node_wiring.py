@@ -11,8 +11,8 @@ from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared_signatures import shared_signatures
 from stretch_bt.tree.types import ANY, STR, Type
 from stretch_bt.tree.values import braces, literal_type, sample
@@ -47,26 +47,10 @@ class NodeWiring(Wiring):
         found = Leaf(mark, info)
         if ports is None:
             return None
-        outputs = info.outputs
-        inouts = info.inouts
+        outputs, inouts = info.outputs, info.inouts
         meant = self.unknown(ports, info.name, [*info.ports, *outputs], required)
-        for key, value_given in ports:
-            declared = info.ports.get(key.text)
-            if declared is not None and declared.role is Role.DEVICE:
-                if not is_nothing(value_given):
-                    self.device(found, declared, value_given)
-                continue
-            given = self.full(key, value_given)
-            if given is None:
-                continue
-            if declared is not None and declared.fixed:
-                self.argument(found, key, given, declared)
-            elif declared is not None and declared.role is Role.INPUT:
-                self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
-            elif key.text in inouts:
-                self.sink(found.inouts, key, given, inouts[key.text], f"{info.name}.{key.text}", "inout")
-            elif key.text in outputs:
-                self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
+        for key, given in ports:
+            self.wire_port(found, key, given)
         self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
         self.records_out(found, outputs, ports, mark)
         self.records_both(found, inouts, ports, mark)
@@ -84,6 +68,26 @@ class NodeWiring(Wiring):
             if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
                 self.default_device(found, declared, mark)
         return found
+
+    def wire_port(self, found: Leaf, key: Scalar, value: Value) -> None:
+        """Wire one port of a node; a key that names none was noted before."""
+        info, what = found.info, f"{found.info.name}.{key.text}"
+        declared = info.ports.get(key.text)
+        if declared is not None and declared.role is Role.DEVICE:
+            if not is_nothing(value):
+                self.device(found, declared, value)
+            return
+        given = self.full(key, value)
+        if given is None:
+            return
+        if declared is not None and declared.fixed:
+            self.argument(found, key, given, declared)
+        elif declared is not None and declared.role is Role.INPUT:
+            self.input(found.inputs, key, given, info.types[key.text], what, declared)
+        elif key.text in info.inouts:
+            self.sink(found.inouts, key, given, info.inouts[key.text], what, "inout")
+        elif key.text in info.outputs:
+            self.sink(found.outputs, key, given, info.outputs[key.text], what)
 
     def argument(self, found: Leaf, key: Scalar, value: Value, declared: Port) -> None:
         """Wire a constructor argument of a behaviour: a value that is known at load, as the behaviour is made once."""

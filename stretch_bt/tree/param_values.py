@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import FileError
+from stretch_bt.plain_numbers import plain_list, plain_number
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, parse
 from stretch_bt.tree.document import Document, Param
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.types import ANY, Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, example, literal
-from stretch_bt.units import plain_list, plain_number
+from stretch_bt.tree.values import ValueRefused, check_bounds, example, literal
 
 __all__ = ["set_params"]
 
@@ -42,7 +42,7 @@ def _set(doc: Document, name: str, given: Any) -> None:
         return
     try:
         _take(param, text, name, mark)
-    except Refused as refused:
+    except ValueRefused as refused:
         doc.diagnostics.append(refused.diagnostic)
     except FileError:
         message = f"{name} takes {param.type}, not {text!r}"

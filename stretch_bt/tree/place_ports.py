@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from stretch_bt.source import Scalar, Value, is_nothing
 from stretch_bt.tree.document import Declared, Document, Signature
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.places import Place
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.types import Family, Type
 
 __all__ = ["PlacePort", "PlacePorts", "Ports"]

@@ -12,9 +12,10 @@ from numbers import Integral, Real
 from typing import Annotated, Any
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number, plain_list, plain_number
 from stretch_bt.tree.types import ANY, Family, Type, annotations_of, from_annotation
 from stretch_bt.tree.values import outside, within
-from stretch_bt.units import Estimate, is_number, parse_quantity, plain_list, plain_number
+from stretch_bt.units import Estimate, parse_quantity
 
 __all__ = ["PortCheck", "allows_none"]
 

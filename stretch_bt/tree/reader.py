@@ -13,8 +13,9 @@ from stretch_bt.tree.flow.guard import Guard, SkipIf
 from stretch_bt.tree.flow.log import Log
 from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.timeout import Timeout
+from stretch_bt.tree.node_info import NodeInfo, snake_case
 from stretch_bt.tree.node_wiring import NodeWiring
-from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
+from stretch_bt.tree.registry import RESERVED, RETIRED
 from stretch_bt.tree.renamed import new_node
 from stretch_bt.tree.values import written
 
@@ -185,7 +186,7 @@ class Reader(NodeWiring):
             self.error(key.mark, "node-unknown", str(refused), refused.hint)
             return None
         known = [*registry.load_all(), *self.document.node_names(), *self.document.tree_names(), *CONSTRUCTS, "run"]
-        guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
+        guess = None if new_node(key.text) else closest(snake_case(key.text), known)
         if (before := key.text.partition(":{")[0]) != key.text:
             hint = f"put a space after the colon: '{before}: {{...}}'"
             self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)

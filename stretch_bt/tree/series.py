@@ -10,13 +10,13 @@ from typing import Any
 from stretch_bt.errors import Absent, NoAnswer
 from stretch_bt.units import Estimate
 
-__all__ = ["LIST_FUNCTIONS", "Series", "entries", "errors_of"]
+__all__ = ["LIST_FUNCTIONS", "EstimateList", "entries", "errors_of"]
 
 _OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over the mean's, of many normal values
 _OF_FEW = {1: 1.8373, 2: 1.3213}  # Student's t by degrees of freedom, where its expansion does not hold
 
 
-class Series(list[Any]):
+class EstimateList(list[Any]):
     """A list whose entry `i` has the standard deviation `sds[i]`, None where it has none."""
 
     def __init__(self, values: Iterable[Any] = (), sds: Iterable[float | None] = ()) -> None:
@@ -89,10 +89,10 @@ def _at(values: Sequence[Any], index: int) -> Any:
     return _entry(values, index)
 
 
-def _sort(values: Sequence[float]) -> Series:
+def _sort(values: Sequence[float]) -> EstimateList:
     order = sorted(range(len(values)), key=values.__getitem__)
     sds = errors_of(values)
-    return Series([values[i] for i in order], [sds[i] for i in order])
+    return EstimateList([values[i] for i in order], [sds[i] for i in order])
 
 
 #: functions of one list, by name; `at` takes an index too

@@ -9,8 +9,8 @@ from typing import Any
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.headings import read_document
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.node_description import records_of
 from stretch_bt.tree.port import Port
-from stretch_bt.tree.registry import records_of
 from stretch_bt.tree.shared import SHARED, shipped
 
 __all__ = ["KIND", "describe_shared", "shared_signatures"]

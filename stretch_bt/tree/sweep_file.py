@@ -14,7 +14,8 @@ from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SweepError
 from stretch_bt.simulation.scene.sections import Tolerance
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_null, load, validate
 from stretch_bt.tree.values import written
-from stretch_bt.units import Time, Within, parse_quantity
+from stretch_bt.units import Time, parse_quantity
+from stretch_bt.within import Within
 
 __all__ = ["FORMAT", "SweepFile", "read_sweep", "sweep_schema"]
 

@@ -8,19 +8,10 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
+from stretch_bt.quantity_text import digits_apart, format_quantity
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
-from stretch_bt.units import (
-    KINDS,
-    NUMBER,
-    digits_apart,
-    format_quantity,
-    parse_quantity,
-    parse_unit,
-    suggest_quantity,
-    unit_names,
-    without_unit,
-)
+from stretch_bt.units import KINDS, NUMBER, parse_quantity, parse_unit, suggest_quantity, unit_names, without_unit
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(
@@ -36,7 +27,7 @@ NAMED = re.compile(r"\$[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 
 __all__ = [
     "NAMED",
-    "Refused",
+    "ValueRefused",
     "braces",
     "check_bounds",
     "example",
@@ -51,7 +42,7 @@ __all__ = [
 ]
 
 
-class Refused(StretchError):
+class ValueRefused(StretchError):
     """A piece of a file is wrong; `.diagnostic` says where and why, and `.others` are further mistakes in it."""
 
     def __init__(self, diagnostic: Diagnostic, *others: Diagnostic) -> None:
@@ -62,7 +53,7 @@ class Refused(StretchError):
 
 def refuse(mark: Mark, code: str, message: str, hint: str = "") -> NoReturn:
     """Raise Refused with an error at this place."""
-    raise Refused(mark.error(code, message, hint))
+    raise ValueRefused(mark.error(code, message, hint))
 
 
 def reads_as_expression(value: Scalar) -> bool:

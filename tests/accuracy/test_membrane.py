@@ -97,7 +97,7 @@ def test_a_peer_is_held_to_the_sheet(monkeypatch):
 
         @staticmethod
         def press():
-            return peers.Pressed(0.6074, 1.0)
+            return peers.PeerAnswer(0.6074, 1.0)
 
     class Restless(Peer):
         @staticmethod

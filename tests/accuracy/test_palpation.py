@@ -6,15 +6,15 @@ import pytest
 
 from stretch_bt.accuracy import domain_palpation, measure
 from stretch_bt.accuracy.palpation import settings
-from stretch_bt.accuracy.palpation.palpated import Seen
+from stretch_bt.accuracy.palpation.palpated import PalpationTruth
 from stretch_bt.accuracy.palpation.protocols import AVERAGING, LEVELS, PROTOCOLS
-from stretch_bt.accuracy.palpation.settings import SERIES, Series
+from stretch_bt.accuracy.palpation.settings import SERIES, ProtocolSeries
 from stretch_bt.tree.program import load_program
 
 FEW = (
-    Series("palpate_stiffness", "shipped", {}, (0,)),
-    Series("from zero by 2 mm", "from zero", {"step": 0.002}, (0,)),
-    Series("palpate_stiffness without force", "shipped", {"max_force": 0.1}, (0,)),
+    ProtocolSeries("palpate_stiffness", "shipped", {}, (0,)),
+    ProtocolSeries("from zero by 2 mm", "from zero", {"step": 0.002}, (0,)),
+    ProtocolSeries("palpate_stiffness without force", "shipped", {"max_force": 0.1}, (0,)),
 )
 SEEDS = (0,)
 
@@ -88,4 +88,4 @@ def test_steps_of_the_same_protocol_differ():
     ("forces", "falls"), [([], 0), ([1.0, 1.1, 1.09], 0), ([1.0, 0.97, 2.0, 1.9], 2), ([0.1, 0.091], 0)]
 )
 def test_a_fall_is_more_than_both_limits(forces, falls):
-    assert Seen(SimpleNamespace(), 0.0, forces).falls() == falls
+    assert PalpationTruth(SimpleNamespace(), 0.0, forces).falls() == falls

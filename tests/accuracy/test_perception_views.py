@@ -3,7 +3,7 @@ import pytest
 
 from stretch_bt.accuracy.perception import view
 from stretch_bt.accuracy.perception.noise import CLEAN, Noise, frames, observe
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.height_field import HeightField
@@ -12,15 +12,15 @@ from stretch_bt.simulation.membrane.press import press
 
 
 @pytest.fixture(scope="module")
-def cylinder() -> Seen:
-    return seen(Press(Cylinder(0.02), 0.03, 0.008, (0.004, -0.006)))
+def cylinder() -> SheetView:
+    return seen(BodyPress(Cylinder(0.02), 0.03, 0.008, (0.004, -0.006)))
 
 
-def points_of(view: Seen) -> np.ndarray:
+def points_of(view: SheetView) -> np.ndarray:
     return to_membrane(deproject(view.depth, CAMERA)[0], PLANE_DISTANCE)
 
 
-def test_every_ray_ends_on_the_sheet(cylinder: Seen) -> None:
+def test_every_ray_ends_on_the_sheet(cylinder: SheetView) -> None:
     solved = press(Cylinder(0.02), 0.03, 0.008, at=(0.004, -0.006), mesh=1e-3).detail
     points = points_of(cylinder)[10:-10:7, 10:-10:7].reshape(-1, 3)
     points = points[np.isfinite(points[:, 2])]
@@ -30,7 +30,7 @@ def test_every_ray_ends_on_the_sheet(cylinder: Seen) -> None:
     assert np.median(np.abs(height - points[:, 2])) < 0.01e-3
 
 
-def test_a_flat_face_is_seen_where_it_is(cylinder: Seen) -> None:
+def test_a_flat_face_is_seen_where_it_is(cylinder: SheetView) -> None:
     points = points_of(cylinder)[cylinder.touching]
     assert points[:, :2].mean(axis=0) == pytest.approx([0.004, -0.006], abs=0.1e-3)
     assert 2 * cylinder.radius == pytest.approx(0.0195, abs=0.5e-3)  # the sheet leaves a rim of 1 mm before its end
@@ -38,7 +38,7 @@ def test_a_flat_face_is_seen_where_it_is(cylinder: Seen) -> None:
 
 
 def test_contact_with_a_sphere_lies_on_it() -> None:
-    view = seen(Press(Sphere(0.03), 0.03, 0.008))
+    view = seen(BodyPress(Sphere(0.03), 0.03, 0.008))
     points = points_of(view)[view.touching]
     off = np.linalg.norm(points - [0.0, 0.0, 0.008 - 0.015], axis=1) - 0.015
     assert np.abs(off).max() < 0.1e-3
@@ -47,8 +47,8 @@ def test_contact_with_a_sphere_lies_on_it() -> None:
 
 
 def test_noise_has_the_size_and_the_memory_that_it_says() -> None:
-    flat = Seen(
-        Press(Sphere(0.02), 0.0, 0.0), np.full((333, 213), 0.2, np.float32), np.zeros((333, 213), np.bool_), 0.0
+    flat = SheetView(
+        BodyPress(Sphere(0.02), 0.0, 0.0), np.full((333, 213), 0.2, np.float32), np.zeros((333, 213), np.bool_), 0.0
     )
     noise = Noise(correlated=1e-3, dropouts=0.0, count=8)
     stack = np.array([f.depth for f in frames(flat, noise, 3)], np.float64) - 0.2
@@ -64,5 +64,5 @@ def test_bodies_of_many_numbers_are_kept_apart(monkeypatch, tmp_path):
     """Two height fields of one size showed the view of the first."""
     monkeypatch.setattr(view, "cache_folder", lambda: tmp_path / "kernels")
     low, high = (HeightField(z * np.ones((9, 9)), 1e-3) for z in (0.01, 0.02))
-    names = {view._file(Press(body, 0.0, 0.005)) for body in (low, high, HeightField(low.heights.copy(), 1e-3))}
+    names = {view._file(BodyPress(body, 0.0, 0.005)) for body in (low, high, HeightField(low.heights.copy(), 1e-3))}
     assert len(names) == 2

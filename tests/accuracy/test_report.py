@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy import Domain, Kind, Row, Setting, domains, file, page
-from stretch_bt.accuracy.advice import NOT_MEASURED, Found
+from stretch_bt.accuracy.advice import NOT_MEASURED, DomainSummaries
 from stretch_bt.accuracy.folder import write
 from stretch_bt.accuracy.job import CPU_MS, PRESSES, ROBOT_S, Panel
 from stretch_bt.accuracy.picture import draw
-from stretch_bt.accuracy.picture.scale import marks
 from stretch_bt.accuracy.points import Cost
 from stretch_bt.accuracy.summary import MANY, summarise
 from stretch_bt.accuracy.table import table
@@ -148,14 +147,6 @@ def test_labels_hide_neither_each_other_nor_a_point():
             assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
 
 
-@pytest.mark.parametrize(
-    ("values", "wanted"),
-    [([12.0, 40.0], [10, 20, 50]), ([0.011], [0.01, 0.02]), ([1.0, 3e4], [1, 10, 100, 1e3, 1e4, 1e5])],
-)
-def test_an_axis_is_marked_from_below_the_least_to_above_the_largest(values, wanted):
-    assert list(marks(values)) == pytest.approx(wanted)
-
-
 @pytest.mark.parametrize(("axis", "name"), [(ROBOT_S, "robot s"), (PRESSES, "presses")])
 def test_other_costs_are_drawn_where_a_panel_asks_for_them(axis, name):
     rows = [
@@ -172,13 +163,13 @@ def test_other_costs_are_drawn_where_a_panel_asks_for_them(axis, name):
 
 
 def test_what_to_take_is_in_the_rows():
-    found = Found(DOMAIN, ROWS)
+    found = DomainSummaries(DOMAIN, ROWS)
     assert (
         found.default("force", CPU_MS) == "**sheet: coarse** (1 % off in the median, 1.9 % 95th percentile, 10 CPU ms)"
     )
     assert found.cheapest("force", CPU_MS, 0.02).startswith("**sheet: coarse**")
     assert found.cheapest("force", CPU_MS, 0.0012) == NOT_MEASURED  # the fine one has no answer for one case
-    whole = Found(DOMAIN, [r for r in ROWS if r.status != "refused"])
+    whole = DomainSummaries(DOMAIN, [r for r in ROWS if r.status != "refused"])
     assert whole.cheapest("force", CPU_MS, 0.0012).startswith("**sheet: fine** (0.06 % off")
     assert whole.cheapest("force", CPU_MS, 1e-5) == NOT_MEASURED
     assert found.setting(Setting("sheet", "none"), "force", CPU_MS) == NOT_MEASURED

@@ -9,14 +9,14 @@ import pytest
 from stretch_bt.accuracy.twin import ledger
 from stretch_bt.accuracy.twin.judge import change, judge
 from stretch_bt.accuracy.twin.ledger import Ledger, Runs
-from stretch_bt.accuracy.twin.outcome import Outcome, outcome, with_effects
+from stretch_bt.accuracy.twin.outcome import TaskFigures, outcome, with_effects
 from stretch_bt.simulation.scene import load_scene
 
 SCENE = load_scene("calibration_sphere")  # tolerates 3 % of force and 0.3 mm of height
 
 
 def runs(*forces):
-    return Runs([Outcome({"height": 0.060, "force": f} if f else {}, 1.0, "" if f else "fails") for f in forces])
+    return Runs([TaskFigures({"height": 0.060, "force": f} if f else {}, 1.0, "" if f else "fails") for f in forces])
 
 
 @pytest.mark.parametrize(

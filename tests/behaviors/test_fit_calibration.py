@@ -5,7 +5,7 @@ import pytest
 from stretch_bt import run
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import ForceModel
-from stretch_bt.model.calibration.characterization import NAME, Press, first_lines, table_line
+from stretch_bt.model.calibration.characterization import NAME, PressRow, first_lines, table_line
 from stretch_bt.model.force.force_model import shipped
 from stretch_bt.tree.ports import Status
 
@@ -25,7 +25,7 @@ def table(tmp_path):
     model = shipped("membrane")
     path = tmp_path / "presses.csv"
     rows = [
-        Press("sphere", d, x, z, 1, model.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0)
+        PressRow("sphere", d, x, z, 1, model.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0)
         for d in (0.01, 0.02, 0.04)
         for x in (0.0, 0.03, 0.06)
         for z in (0.003, 0.007, 0.012)

@@ -11,14 +11,15 @@ import pytest
 
 import stretch_bt.behaviors
 from stretch_bt.accuracy.perception.noise import WHITE_03, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.behaviors.protocol_records import Table
 from stretch_bt.behaviors.records import FreeMembrane, Touch
 from stretch_bt.errors import NotReady
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.ports import MISSING, Behavior, Port, Role, Status
-from stretch_bt.tree.registry import NodeInfo, load_all
+from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.types import Family
 
 NODES = {
@@ -39,7 +40,7 @@ def records() -> dict[str, Any]:
     """Return records that nodes read before they use a device; the frame shows a deep contact."""
     return {
         "touch": Touch(0.1, 1e-4),
-        "frame": observe(seen(Press(Cylinder(0.02), 0.03, 0.008)), WHITE_03, 2),
+        "frame": observe(seen(BodyPress(Cylinder(0.02), 0.03, 0.008)), WHITE_03, 2),
         "free_membrane": FreeMembrane(12, "camera", Mock(), Mock()),
         "measured": Table(0, Mock()),
     }

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy.perception.noise import WHITE_03, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.perception import find_contact
 from stretch_bt.perception.types import Contact
 from stretch_bt.runtime.context import RunContext
@@ -32,7 +32,7 @@ def measure(contact: Contact, **inputs: Any) -> Behavior:
 
 @pytest.fixture(scope="module")
 def contact() -> Contact:
-    return find_contact(observe(seen(Press(Cylinder(0.02), 0.03, 0.008)), WHITE_03, 2))
+    return find_contact(observe(seen(BodyPress(Cylinder(0.02), 0.03, 0.008)), WHITE_03, 2))
 
 
 def test_it_writes_both_diameters_with_their_errors_and_the_whole_size(contact: Contact) -> None:

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from stretch_bt.model.calibration.characterization import NAME, first_lines, table_line
-from stretch_bt.model.calibration.characterization import Press as Row
+from stretch_bt.model.calibration.characterization import PressRow as Row
 from stretch_bt.model.force.force_model import shipped
 
 DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.06), (0.0, 0.03, 0.06), (0.002, 0.005, 0.009, 0.014)

@@ -8,7 +8,7 @@ import pytest
 
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 CELL = """\
 format: stretch-cell/1
@@ -45,7 +45,7 @@ def test_what_emulate_refuses(cli, options, said):
 def gripper(tmp_path):
     """A gripper that is not activated, and a cell file for it."""
     ports = {"urcap": dict.fromkeys(stand_in_class("urcap").PORTS, 0)}
-    with serving(["urcap"], Stage(), ports=ports) as servers:
+    with serving(["urcap"], StandInWorld(), ports=ports) as servers:
         port = servers.served.wires["urcap"]["urcap"].partition(":")[2]
         (tmp_path / "lab.yaml").write_text(CELL.replace("PORT", port))
         yield servers.stand_ins["urcap"]

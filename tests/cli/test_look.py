@@ -8,7 +8,7 @@ import pytest
 from lab import lab_cell
 
 from stretch_bt.hardware.emulators.registry import stand_in_class
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.realsense.library import library
 
 #: an address that no other test has, because the clients of a UR controller have their ports built in
@@ -19,7 +19,7 @@ LAB = {"arm": {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}, "gr
 @pytest.fixture
 def cell(tmp_path):
     """A cell on stand-ins, as a file, and the stand-ins."""
-    made = {name: stand_in_class(name)(HOST, Stage()) for name in ("ur", "urcap")}
+    made = {name: stand_in_class(name)(HOST, StandInWorld()) for name in ("ur", "urcap")}
     for one in made.values():
         one.start()
     (tmp_path / "lab.yaml").write_text(lab_cell(HOST, LAB))
@@ -101,7 +101,7 @@ def librealsense():
 
 
 def test_a_camera_is_looked_at_from_its_port_to_its_frames(cli, tmp_path, librealsense):
-    made = stand_in_class("realsense")("127.0.0.1", Stage(), {"depth": 0})
+    made = stand_in_class("realsense")("127.0.0.1", StandInWorld(), {"depth": 0})
     host, _, port = made.start()["depth"].partition(":")
     try:
         (tmp_path / "lab.yaml").write_text(f"{CAMERA}host: {host}, port: {port}}}\n")

@@ -11,7 +11,7 @@ import pytest
 from lab import lab_cell
 
 from stretch_bt.hardware.emulators.registry import stand_in_class
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 HOST = f"127.8.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 LAB = {"arm": {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}}
@@ -22,7 +22,7 @@ FIVE = ("--speed", "5mm/s")
 @pytest.fixture
 def behind(tmp_path):
     """A stand-in, and beside it a cell file that names it."""
-    made = stand_in_class("ur")(HOST, Stage())
+    made = stand_in_class("ur")(HOST, StandInWorld())
     made.start()
     (tmp_path / "lab.yaml").write_text(lab_cell(HOST, LAB) + LIMITS)
     yield made

@@ -13,7 +13,7 @@ import pytest
 from lab import lab_cell
 
 from stretch_bt.hardware.emulators.registry import stand_in_class
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import received
 from stretch_bt.hardware.emulators.ur import rtde_server
 
@@ -26,7 +26,7 @@ STANDS = 0.3
 @pytest.fixture
 def cell(tmp_path):
     """A cell on stand-ins, as a file, and the stand-ins."""
-    made = {name: stand_in_class(name)(HOST, Stage()) for name in ("ur", "urcap")}
+    made = {name: stand_in_class(name)(HOST, StandInWorld()) for name in ("ur", "urcap")}
     for one in made.values():
         one.activated()
         one.start()

@@ -21,7 +21,8 @@ import yaml
 
 import stretch_bt
 from stretch_bt.errors import Diagnostic, FileError
-from stretch_bt.units import KINDS, Dimension, format_quantity, unit_names
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Dimension, unit_names
 
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs"
@@ -48,7 +49,8 @@ def code(text: str) -> str:
 
 def described() -> list[dict[str, Any]]:
     """Return every shipped node as `nodes --json` has it."""
-    from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.node_description import describe
+    from stretch_bt.tree.registry import load_all
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
     found = [describe(info) for info in load_all().values() if info.cls.__module__.startswith("stretch_bt.")]
@@ -332,7 +334,8 @@ def default_of(field: Any) -> str:
 
 def show_default(field: Any, value: Any) -> str:
     """Return a value as a file would have it."""
-    from stretch_bt.units import Kind, Within
+    from stretch_bt.units import Kind
+    from stretch_bt.within import Within
 
     kinds = [m for m in metadata(field) if isinstance(m, Kind)]
     if value is None:
@@ -360,7 +363,8 @@ def metadata(field: Any) -> list[Any]:
 
 def meaning(field: Any) -> str:
     """Return the description of a field with what it may hold."""
-    from stretch_bt.units import Kind, Within
+    from stretch_bt.units import Kind
+    from stretch_bt.within import Within
 
     marks = metadata(field)
     kinds = [m for m in marks if isinstance(m, Kind)]

@@ -17,7 +17,8 @@ from pathlib import Path
 from stretch_bt import run
 from stretch_bt.source import load
 from stretch_bt.tree.program import load_program
-from stretch_bt.tree.registry import describe, load_all
+from stretch_bt.tree.registry import load_all
+from stretch_bt.tree.node_description import describe
 from stretch_bt.tree.schema import schema
 
 folder = Path(sys.argv[1])

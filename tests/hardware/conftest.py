@@ -15,7 +15,7 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.registry import stand_in_class
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.realsense.camera import RealsenseCamera
 from stretch_bt.hardware.realsense.library import library
@@ -90,7 +90,7 @@ def stand_in(clock: Clock):
         cls = stand_in_class(name)
         own = name in OWN_ADDRESS
         host, ports = (next(HOSTS), {}) if own else ("127.0.0.1", dict.fromkeys(cls.PORTS, 0))
-        made = cls(host, Stage(now=clock, **options), ports)
+        made = cls(host, StandInWorld(now=clock, **options), ports)
         made.activated()
         started.append(made)
         return made, made.start()

@@ -11,7 +11,7 @@ from waiting import eventually
 
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.emulators.ati import AtiStandIn
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 PATIENCE = 10.0
 RECORD = struct.Struct(">3I6i")
@@ -21,7 +21,7 @@ LOAD = {"fx": 3.0, "fy": -2.0, "fz": 40.0}
 NEAR = 0.05
 
 
-class Still(Stage):
+class Still(StandInWorld):
     """A stage that presses on nothing."""
 
     def wrench(self, kind):

@@ -16,10 +16,10 @@ from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.realsense.inbox import Inbox
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 from stretch_bt.hardware.realsense.library import library
 from stretch_bt.hardware.realsense.messages import CameraStatus, Lens, Taken
 
@@ -71,7 +71,7 @@ OTHERS = {"exchange"}
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory, write_cell):
     """A cell on a stand-in, which the tests leave ready."""
-    behind = RealsenseStandIn("127.0.0.1", Stage(), {"depth": 0})
+    behind = RealsenseStandIn("127.0.0.1", StandInWorld(), {"depth": 0})
     path = write_cell(tmp_path_factory.mktemp("camera"), "realsense", "depth", behind.start()["depth"], lost_after=LOST)
     cell = open_cell(load_cell(path), now=time.monotonic)
     cell.stand_in = behind
@@ -165,7 +165,7 @@ def test_what_happens_between_two_looks_is_told_once():
     inbox = Inbox(latency=0.0, plane_distance=None, now=lambda: (0.0, 0.0))
     inbox.take(Lens(1e-3, 10.0, 10.0, 1.0, 1.0, 2, 2, (0.0,) * 5))
     for event in ("the camera was restarted", None, "its clock jumped"):
-        inbox.take(CameraStatus(Taken(0.0, 0.0), 0.0, None, event, False, Counters()))
+        inbox.take(CameraStatus(Taken(0.0, 0.0), 0.0, None, event, False, FrameCounters()))
     assert inbox.event() == "the camera was restarted"
     assert inbox.event() is None
     inbox.close()

@@ -17,12 +17,12 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.channel import Channel
 from stretch_bt.hardware.messages import Lost
 from stretch_bt.hardware.realsense import sources
-from stretch_bt.hardware.realsense.judge import Judge, Shot
-from stretch_bt.hardware.realsense.messages import CODEC, Settings
+from stretch_bt.hardware.realsense.judge import Judge, TimedFrame
+from stretch_bt.hardware.realsense.messages import CODEC, CameraSettings
 from stretch_bt.hardware.realsense.sources import Source
-from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
+from stretch_bt.hardware.realsense.wire import CameraDescription, Packets, SentFrame, _packet
 
-CAMERA = Described(serial="1", width=4, height=3, rate=30, unit=1e-4, fx=5.0, fy=5.0, cx=2.0, cy=1.5)
+CAMERA = CameraDescription(serial="1", width=4, height=3, rate=30, unit=1e-4, fx=5.0, fy=5.0, cx=2.0, cy=1.5)
 CAMERA_SETTINGS = {
     **dict.fromkeys(("serial", "file", "host", "record")),
     "port": 0,
@@ -33,7 +33,7 @@ CAMERA_SETTINGS = {
     "noisy": True,
 }
 TIMES = st.floats(-1e11, 1e11)
-PICTURES = st.builds(Picture, st.integers(0, (1 << 64) - 1), TIMES, st.binary(max_size=40))
+PICTURES = st.builds(SentFrame, st.integers(0, (1 << 64) - 1), TIMES, st.binary(max_size=40))
 
 
 def in_pieces(packets, data, sizes):
@@ -113,7 +113,7 @@ def test_any_frames_are_given_out_once_and_in_their_order(shots, noisy):
     for number, time, wait, seed in shots:
         now += wait
         image = np.random.default_rng(seed).integers(0, 3, (48, 64)).astype(np.uint16) * (seed > 0)
-        good = judge.take(Shot(number, time / 10, now, image))
+        good = judge.take(TimedFrame(number, time / 10, now, image))
         events, judge.event = events + (judge.event is not None), None
         assert (good is None) == (judge.bad is not None)
         if good is not None:
@@ -130,18 +130,18 @@ def test_noise_that_stands_in_a_strip_is_a_torn_image():
     random = np.random.default_rng(0)
     first, second = (random.integers(1590, 1610, (480, 640)).astype(np.uint16) for _ in range(2))
     judge = Judge(1.0, noisy=True, began=0.0)
-    assert judge.take(Shot(1, 0.0, 0.0, first)) is not None
+    assert judge.take(TimedFrame(1, 0.0, 0.0, first)) is not None
     torn = second.copy()
     torn[450:] = first[450:]
-    assert judge.take(Shot(2, 0.03, 0.03, torn)) is None
+    assert judge.take(TimedFrame(2, 0.03, 0.03, torn)) is None
     assert judge.bad == "its images are torn"
     cut = random.permuted(second, axis=1)
     cut[240:] = 0
-    assert judge.take(Shot(3, 0.07, 0.07, cut)) is None
-    assert judge.take(Shot(4, 0.1, 0.1, second)) is not None
+    assert judge.take(TimedFrame(3, 0.07, 0.07, cut)) is None
+    assert judge.take(TimedFrame(4, 0.1, 0.1, second)) is not None
     assert judge.counters.torn == 2
     still = Judge(1.0, noisy=False, began=0.0)
-    assert [still.take(Shot(k, k / 30, k / 30, first)) is not None for k in range(3)] == [True] * 3
+    assert [still.take(TimedFrame(k, k / 30, k / 30, first)) is not None for k in range(3)] == [True] * 3
 
 
 def test_a_frame_that_was_held_up_is_as_old_as_its_exposure():
@@ -149,10 +149,10 @@ def test_a_frame_that_was_held_up_is_as_old_as_its_exposure():
     image = random.integers(1, 9, (4, 4)).astype(np.uint16)
     way = [0.02, 0.03, 0.02, 0.32, 0.29, 0.02]
     for k, late in enumerate(way):
-        shot = judge.take(Shot(k, 50.0 + k, k + late, image))
+        shot = judge.take(TimedFrame(k, 50.0 + k, k + late, image))
         assert shot.exposed == pytest.approx(k + 0.02, abs=1e-3)  # the drift that a clock may have
     assert judge.event is None
-    judge.take(Shot(9, 70.0, 10.0, image))
+    judge.take(TimedFrame(9, 70.0, 10.0, image))
     assert "jumped ahead by 1" in judge.event
 
 
@@ -167,18 +167,18 @@ HELD_UP = [
 @pytest.mark.parametrize(("frames", "jumped"), HELD_UP)
 def test_first_frames_that_were_held_up_are_no_clock_that_jumps(frames, jumped):
     judge, image = Judge(10.0, noisy=False, began=0.0), np.ones((4, 4), np.uint16)
-    shots = [judge.take(Shot(k, exposed, came, image)) for k, (exposed, came) in enumerate(frames)]
+    shots = [judge.take(TimedFrame(k, exposed, came, image)) for k, (exposed, came) in enumerate(frames)]
     assert (judge.event is not None) is jumped
     assert shots[-1].exposed == frames[-1][1]
 
 
 def test_a_camera_may_take_its_time_for_the_first_frame_and_no_silence_reaches_into_the_future():
     judge, image = Judge(0.4, noisy=False, began=0.0), np.ones((4, 4), np.uint16)
-    assert judge.take(Shot(1, 0.0, 2.0, image)) is not None
+    assert judge.take(TimedFrame(1, 0.0, 2.0, image)) is not None
     assert judge.event is None
     judge.excuse(5.0, now=2.1)
     assert judge.silent(2.7) == pytest.approx(0.6)
-    assert judge.take(Shot(2, 0.7, 2.7, image)) is not None
+    assert judge.take(TimedFrame(2, 0.7, 2.7, image)) is not None
     assert "no good frame came for 0.6 s" in judge.event
 
 
@@ -223,7 +223,7 @@ def test_a_recording_is_ended_also_when_its_camera_is_lost(tmp_path):
     ours, theirs = socket.socketpair()
     channel, given = Channel(ours, CODEC), [theirs.fileno(), os.memfd_create("frames")]
     os.ftruncate(given[1], 1 << 12)
-    channel.send(Settings(**{**CAMERA_SETTINGS, "host": None}))
+    channel.send(CameraSettings(**{**CAMERA_SETTINGS, "host": None}))
     command = [sys.executable, "-c", LOSES, *map(str, given), str(tmp_path / "recording")]
     assert subprocess.run(command, pass_fds=given, timeout=60).returncode == 0
     theirs.close()
@@ -243,7 +243,7 @@ def test_the_library_is_there_before_frames_come(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
         with pytest.raises(ImportError):
-            sources.open_source(Settings(**{**CAMERA_SETTINGS, "host": host, "port": port}))
+            sources.open_source(CameraSettings(**{**CAMERA_SETTINGS, "host": host, "port": port}))
         server.setblocking(False)
         with pytest.raises(BlockingIOError):
             server.accept()

@@ -20,7 +20,7 @@ from real_cell import CELL, MOVE, contracts
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.implementations import SHIPPED, driver_class
 from stretch_bt.testing import device_contract
 
@@ -58,7 +58,7 @@ class Served:
         cls = stand_in_class(server)
         own = server in OWN_ADDRESS
         host, ports = (next(HOSTS), {}) if own else ("127.0.0.1", dict.fromkeys(cls.PORTS, 0))
-        self.made = cls(host, Stage(now=time.monotonic), ports)
+        self.made = cls(host, StandInWorld(now=time.monotonic), ports)
         self.made.activated()
         self.folder = tempfile.TemporaryDirectory()
         place = self.made.start()[wire]
@@ -167,7 +167,7 @@ def test_a_cell_file_of_ones_own_is_held_to_all_of_this(own_hosts, librealsense,
     names = ("arm", "gripper", "force_sensor", "camera")
     (tmp_path / "own.yaml").write_text(lab_cell(host, {name: {} for name in names}))
     told = {CELL: str(tmp_path / "own.yaml"), MOVE: "arm gripper"}
-    with serving(["ur", "robotiq", "ati", "realsense"], Stage(), host=host, activated=True):
+    with serving(["ur", "robotiq", "ati", "realsense"], StandInWorld(), host=host, activated=True):
         done = subprocess.run(
             [sys.executable, "-m", "pytest", "-q", "-rs", __file__, "-k", "TestHardware"],
             env={**{k: v for k, v in os.environ.items() if not k.startswith("PYTEST_XDIST")}, **told},

@@ -18,7 +18,7 @@ from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.registry import STAND_INS, stand_in_class
 from stretch_bt.hardware.emulators.serve import free_ports, serving, serving_elsewhere
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 FREE = {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in STAND_INS}
 EMULATE = [sys.executable, "-m", "stretch_bt", "emulate"]
@@ -40,7 +40,7 @@ def test_a_stand_in_says_what_it_is_and_leaves_nothing(name):
     assert inspect.getdoc(cls)
     assert all(fault.doc for fault in cls.FAULTS.values())
     before = set(threading.enumerate())
-    made = cls("127.0.0.1", Stage(), FREE[name])
+    made = cls("127.0.0.1", StandInWorld(), FREE[name])
     assert set(threading.enumerate()) == before
     for _ in range(2):
         places = made.start()
@@ -63,7 +63,7 @@ def test_a_port_that_is_taken_leaves_nothing(name):
         ports = {**FREE[name], wire: taken.getsockname()[1]}
         with (
             pytest.raises(OSError, match=r"cannot listen on .* in use; .* Choose another --host"),
-            serving([name], Stage(), ports={name: ports}),
+            serving([name], StandInWorld(), ports={name: ports}),
         ):
             pass
     assert set(threading.enumerate()) == before
@@ -73,7 +73,7 @@ def test_unknown_stand_ins_are_named():
     with pytest.raises(InvalidInput, match="no stand-in 'arm'; there are ur, ur5e, robotiq, urcap, ati, realsense"):
         stand_in_class("arm")
     for names in ([], ["ati", "ati"]):
-        with pytest.raises(InvalidInput, match="name each stand-in once"), serving(names, Stage()):
+        with pytest.raises(InvalidInput, match="name each stand-in once"), serving(names, StandInWorld()):
             pass
 
 
@@ -126,7 +126,7 @@ REFUSED = [
 @pytest.fixture(scope="module")
 def served():
     """Stand-ins in this process, with a control port."""
-    with serving(["robotiq", "ati"], Stage(), control=0, ports=FREE) as servers:
+    with serving(["robotiq", "ati"], StandInWorld(), control=0, ports=FREE) as servers:
         yield servers
 
 
@@ -155,12 +155,12 @@ def test_the_control_port_lists_injects_and_clears(served):
 
 
 def test_a_state_ends_when_its_time_has_passed():
-    with serving(["robotiq"], Stage(), ports=FREE, activated=True) as servers:
+    with serving(["robotiq"], StandInWorld(), ports=FREE, activated=True) as servers:
         gripper = servers.stand_ins["robotiq"]
         gripper.inject("code", {"code": 8, "seconds": 0.1})
         assert gripper.state()["fault"] == 8
         until(lambda: gripper.state()["fault"] == 0)
-    with serving(["ur"], Stage(), ports=FREE) as servers:
+    with serving(["ur"], StandInWorld(), ports=FREE) as servers:
         arm = servers.stand_ins["ur"]
         arm.inject("safeguard_stop", {"seconds": 0.1})
         assert arm.state()["safety"] == "SAFEGUARD_STOP"
@@ -168,7 +168,7 @@ def test_a_state_ends_when_its_time_has_passed():
 
 
 def test_no_port_but_those_of_the_wires_is_open():
-    with serving(["urcap"], Stage(), ports=FREE) as servers:
+    with serving(["urcap"], StandInWorld(), ports=FREE) as servers:
         assert servers.served.control is None
         assert servers.served.wires["urcap"]["urcap"].startswith("127.0.0.1:")
 
@@ -253,7 +253,7 @@ trees:
 
 @pytest.fixture
 def gripper_cell(tmp_path):
-    with serving(["robotiq"], Stage(), control=0, ports=FREE, activated=True) as servers:
+    with serving(["robotiq"], StandInWorld(), control=0, ports=FREE, activated=True) as servers:
         host, _, port = servers.served.wires["robotiq"]["rtu"].partition(":")
         path = tmp_path / "cell.yaml"
         path.write_text(CELL.replace("HOST", host).replace("PORT", port))

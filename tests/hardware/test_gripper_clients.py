@@ -13,9 +13,9 @@ from waiting import eventually
 
 from stretch_bt.hardware.emulators.modbus import crc16
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.urcap import QUESTIONS, UrcapStandIn
-from stretch_bt.hardware.robotiq.registers import Found
+from stretch_bt.hardware.robotiq.registers import ObjectStatus
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire
 
 STATUS, COMMAND = 2000, 1000
@@ -85,7 +85,7 @@ def served():
     begun = []
 
     def start(kind):
-        made = kind("127.0.0.1", Stage(now=lambda: HASTE * time.monotonic()), dict.fromkeys(kind.PORTS, 0))
+        made = kind("127.0.0.1", StandInWorld(now=lambda: HASTE * time.monotonic()), dict.fromkeys(kind.PORTS, 0))
         begun.append(made)
         return made, made.start()
 
@@ -187,20 +187,20 @@ def test_variables_of_the_urcap_are_set_together_and_confirmed_without_an_end_of
 def test_the_end_of_the_motion_before_is_never_taken_for_the_end_of_this_one(asked_before):
     """Whenever the URCap asks the gripper between the command and an answer; the fingers stand, as by their clock."""
     clock = [0.0]
-    stand_in = UrcapStandIn("127.0.0.1", Stage(now=lambda: clock[0]), {"urcap": 0})
+    stand_in = UrcapStandIn("127.0.0.1", StandInWorld(now=lambda: clock[0]), {"urcap": 0})
     stand_in.activated()
     host, _, port = stand_in.start()["urcap"].partition(":")
     wire = UrcapWire(host, int(port), PATIENCE)
     wire.go(100, 255, 255)
     clock[0] += 5.0
-    assert (wire.read().echo, wire.read().found) == (100, Found.ARRIVED)
+    assert (wire.read().echo, wire.read().found) == (100, ObjectStatus.ARRIVED)
     for _ in range(asked_before):
         stand_in._reply("GET POS")
     wire.go(200, 255, 255)
     said = [wire.read() for _ in range(3)]
     wire.close()
     stand_in.stop()
-    assert all(one.found is Found.MOVING for one in said if one.echo == 200)
+    assert all(one.found is ObjectStatus.MOVING for one in said if one.echo == 200)
     assert said[-1].echo == 200
 
 

@@ -7,7 +7,7 @@ from stretch_bt.errors import DeviceFault, DeviceLost
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.robotiq.registers import Found, Stage, Status
+from stretch_bt.hardware.robotiq.registers import ActivationStage, ObjectStatus, Status
 from stretch_bt.hardware.wire_thread import WireError
 
 
@@ -31,9 +31,9 @@ class Wire:
     def read(self):
         self.check()
         self.steps += self.going
-        met = Found.WHILE_CLOSING if self.blocked and self.steps > 3 else Found.MOVING
-        found = met if self.going else Found.ARRIVED
-        return Status(True, self.going, Stage.ACTIVE, found, 0, 100, 100 + self.steps)
+        met = ObjectStatus.WHILE_CLOSING if self.blocked and self.steps > 3 else ObjectStatus.MOVING
+        found = met if self.going else ObjectStatus.ARRIVED
+        return Status(True, self.going, ActivationStage.ACTIVE, found, 0, 100, 100 + self.steps)
 
     def go(self, position, speed, force):
         self.going = True

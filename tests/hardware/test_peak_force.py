@@ -14,7 +14,7 @@ from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.peak_force import Stopping, fastest_for, peak_force
@@ -97,7 +97,7 @@ WALL = 0.15
 @pytest.fixture(scope="module")
 def behind(own_hosts):
     """The stand-in of a UR5."""
-    made = Ur5StandIn(next(own_hosts), Stage())
+    made = Ur5StandIn(next(own_hosts), StandInWorld())
     made.start()
     yield made
     made.stop()

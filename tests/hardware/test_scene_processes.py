@@ -20,12 +20,12 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.channel import Channel
 from stretch_bt.hardware.emulators.ati import AtiStandIn
 from stretch_bt.hardware.emulators.height_error import HeightError
-from stretch_bt.hardware.emulators.messages import SCENE, TWIN, Felt, HandAt, Renew, Solve
+from stretch_bt.hardware.emulators.messages import SCENE, TWIN, FeltForce, HandAt, Renew, Solve
 from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
 from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.emulators.setting import Setting
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.emulators.twin_process import steadied, take
 from stretch_bt.hardware.hand import HandGeometry
@@ -155,7 +155,7 @@ def test_a_stand_in_has_the_noise_that_the_scene_says(tmp_path, effects):
     )
     sds = Twin(load_scene(scene), HandGeometry(), lambda: 0.0, 0).force_noises()
     assert (sds.get("Arm"), sds.get("ForceSensor")) == NOISES[effects]
-    sensor = AtiStandIn("127.0.0.1", Stage())
+    sensor = AtiStandIn("127.0.0.1", StandInWorld())
     sensor.stage.force_noise = sds.get
     measured = np.array([sensor._measured()[:3] for _ in range(400)]) / 1e6
     assert measured.std() == pytest.approx(sds.get("ForceSensor", 0.002), rel=0.1)
@@ -187,7 +187,7 @@ class Pressed:
         """Return the upward force, N, a second after the hand went from a place to another."""
         self.move(begin, end)
         time.sleep(1.0)
-        return [message for message in self.wire.drain() if isinstance(message, Felt)][-1].forces["Arm"][2]
+        return [message for message in self.wire.drain() if isinstance(message, FeltForce)][-1].forces["Arm"][2]
 
 
 def test_a_new_object_is_as_the_first_one_was(at_hertz, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.hardware.robotiq.registers import Found, Stage, Status
+from stretch_bt.hardware.robotiq.registers import ActivationStage, ObjectStatus, Status
 from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
 from stretch_bt.hardware.wire_thread import WireError
 
@@ -24,7 +24,7 @@ class Answers:
 
     def read(self):
         self.asked += 1
-        return Status(True, True, Stage.ACTIVE, Found.MOVING, 0, 0, next(self.positions))
+        return Status(True, True, ActivationStage.ACTIVE, ObjectStatus.MOVING, 0, 0, next(self.positions))
 
     def connect(self): ...
 

@@ -10,7 +10,7 @@ from waiting import LIMIT, eventually
 from stretch_bt import run
 from stretch_bt.errors import DeviceFault, NotReady
 from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.tree import registry
 
@@ -57,7 +57,7 @@ def test_a_node_that_hangs_has_what_moves_stopped(own_hosts, tmp_path, monkeypat
     (tmp_path / "tree.yaml").write_text(TREE.replace("MOVING", step))
     host = next(own_hosts)
     (tmp_path / "cell.yaml").write_text(lab_cell(host, LAB))
-    with serving(["ur", "robotiq"], Stage(), host=host, activated=True) as servers:
+    with serving(["ur", "robotiq"], StandInWorld(), host=host, activated=True) as servers:
         result = run(tmp_path / "tree.yaml", cell=tmp_path / "cell.yaml", out=tmp_path / "record")
         rest = place(servers.stand_ins)
         time.sleep(0.2)

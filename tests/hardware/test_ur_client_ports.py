@@ -8,7 +8,7 @@ import time
 import pytest
 from ur_wires import RtdeClient, Wire, messages, states
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.client_port import sent
 from stretch_bt.hardware.emulators.ur.script_reader import ScriptReader
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
@@ -20,7 +20,7 @@ STATE_PORTS = (30001, 30002, 30011, 30012)
 @pytest.fixture(scope="module", params=[Ur5StandIn, Ur5eStandIn])
 def behind(request, own_hosts):
     """A stand-in."""
-    made = request.param(next(own_hosts), Stage())
+    made = request.param(next(own_hosts), StandInWorld())
     made.start()
     yield made
     made.stop()
@@ -93,7 +93,7 @@ def test_a_full_connection_is_not_waited_for():
 
 
 def test_nothing_is_made_where_nobody_listens(monkeypatch):
-    stand_in = Ur5StandIn("127.0.0.1", Stage(), dict.fromkeys(Ur5StandIn.PORTS, 0))
+    stand_in = Ur5StandIn("127.0.0.1", StandInWorld(), dict.fromkeys(Ur5StandIn.PORTS, 0))
     monkeypatch.setattr("stretch_bt.hardware.emulators.ur.stand_in.robot_state", lambda c: pytest.fail("made"))
     monkeypatch.setattr("stretch_bt.hardware.emulators.ur.stand_in.realtime_packet", lambda c: pytest.fail("made"))
     stand_in.start()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn
 
@@ -23,7 +23,7 @@ def commanded():
     """Return the controller after a command with its doubles, and some cycles."""
 
     def run(command, doubles, cycles=100, path=()):
-        controller = Ur5eStandIn("127.0.0.1", Stage()).controller
+        controller = Ur5eStandIn("127.0.0.1", StandInWorld()).controller
         controller.load(ControlScript(controller, 0, list(path)).run(), 0.0)
         for _ in range(30):
             controller.cycle()

@@ -15,17 +15,17 @@ from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import End
 from stretch_bt.hardware.ur.control import Control
 from stretch_bt.hardware.ur.cycle import Brake, GiveUp, Inputs, Kick, Leave, MakeReady, Say, Servo
-from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.guard import MeasuredState
 from stretch_bt.hardware.ur.messages import (
     ArmState,
     Beat,
     Engage,
     Engaged,
     Feel,
-    Felt,
     Follow,
     Guard,
     Guarded,
+    MeanWrench,
     Stop,
     Stopped,
     Zero,
@@ -54,7 +54,7 @@ class Rig:
     control: Control
     now: float = 100.0
     braking: int = 0
-    measured: Measured | None = None
+    measured: MeasuredState | None = None
     #: commands of all cycles, and of the latest
     done: list = field(default_factory=list)
     latest: tuple = ()
@@ -65,7 +65,7 @@ class Rig:
         self.state = self.control.begin(self.now)
         self.random = np.random.default_rng(0)
         tool = self.control.mounting.in_base(BEGIN)
-        self.measured = Measured(0.0, UP, tool, NONE, NONE, 7, True, 1)
+        self.measured = MeasuredState(0.0, UP, tool, NONE, NONE, 7, True, 1)
 
     def cycle(self, *messages, news=True, beat=True, **more):
         """Do a cycle with messages of the driver, and return what was decided."""
@@ -252,7 +252,7 @@ def test_force_is_averaged_and_its_zero_taken_off(rig):
     rig.force = (3.0, 0.0, 4.0)
     rig.cycle(Feel(5, 0.2))
     rig.cycles(40)
-    (felt,) = rig.said(Felt)
+    (felt,) = rig.said(MeanWrench)
     assert felt.wrench[:3] == pytest.approx((3.0, 0.0, 4.0), abs=1e-2)
     assert felt.count == pytest.approx(0.2 / DT, abs=2)
     rig.cycle(Zero(6, felt.wrench))

@@ -2,17 +2,17 @@
 
 import pytest
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.controller import Controller
-from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.dashboard import DashboardService
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 
 
 @pytest.fixture
 def dashboard(request):
     """The dashboard of a controller that nobody cycles, with its controller."""
-    made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", Stage())
-    found = Dashboard("127.0.0.1", 0, made.controller, made.faults)
+    made = getattr(request, "param", Ur5eStandIn)("127.0.0.1", StandInWorld())
+    found = DashboardService("127.0.0.1", 0, made.controller, made.faults)
     made.controller.inject = made.faults.inject
     yield lambda line: found.answer(line.encode()), made.controller
     found.server.stop()

@@ -18,7 +18,7 @@ from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, NoisyForce
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.examine import doctor
@@ -83,7 +83,7 @@ def rows(table):
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory, own_hosts, write_cell):
     """A cell on a stand-in, which the tests leave able to move again."""
-    behind = Ur5StandIn(next(own_hosts), Stage())
+    behind = Ur5StandIn(next(own_hosts), StandInWorld())
     places = behind.start()
     path = write_cell(tmp_path_factory.mktemp("ur"), "ur", "rtde", places["rtde"], **DEADLINES)
     cell = open_cell(load_cell(path), now=time.monotonic)
@@ -293,7 +293,7 @@ def test_the_newest_controllers_are_given_the_lower_registers(own_hosts, live_ce
     class Newest(Ur5eStandIn):
         PROFILE = Ur5eStandIn.PROFILE._replace(version=(5, 23, 0, 1))
 
-    behind = Newest(next(own_hosts), Stage())
+    behind = Newest(next(own_hosts), StandInWorld())
     behind.start()
     try:
         cell = open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e")), now=clock)

@@ -6,7 +6,7 @@ import struct
 import pytest
 from ur_wires import LAYOUT, RtdeClient
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.fields import INPUT_FIELDS, OUTPUT_FIELDS, found
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.emulators.ur.variables import OUTPUTS
@@ -18,7 +18,7 @@ PROTOCOLS = (1, 2)
 @pytest.fixture(scope="module", params=[Ur5StandIn, Ur5eStandIn])
 def behind(request, own_hosts):
     """A stand-in."""
-    made = request.param(next(own_hosts), Stage())
+    made = request.param(next(own_hosts), StandInWorld())
     made.start()
     yield made
     made.stop()
@@ -31,7 +31,7 @@ def client(request, behind):
 
 
 def test_every_field_has_a_value_of_its_type():
-    controller = Ur5eStandIn("127.0.0.1", Stage()).controller
+    controller = Ur5eStandIn("127.0.0.1", StandInWorld()).controller
     assert set(OUTPUTS) == set(OUTPUT_FIELDS)
     assert {field.kind for field in (OUTPUT_FIELDS | INPUT_FIELDS).values()} <= set(TYPES)
     for name, ask in OUTPUTS.items():

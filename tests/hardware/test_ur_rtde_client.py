@@ -13,9 +13,9 @@ from stretch_bt.errors import DeviceLost
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.faults import Faults
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
-from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
+from stretch_bt.hardware.emulators.ur.controller import Controller, ControllerModel
 from stretch_bt.hardware.emulators.ur.rtde_server import RtdeServer
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.limits import Limits
@@ -31,7 +31,7 @@ REGISTER = "input_int_register_24"
 @pytest.fixture(params=[Ur5StandIn, Ur5eStandIn])
 def behind(request, own_hosts):
     """A stand-in."""
-    made = request.param(next(own_hosts), Stage())
+    made = request.param(next(own_hosts), StandInWorld())
     made.start()
     yield made
     made.stop()
@@ -117,7 +117,9 @@ def polyscope_x(own_hosts):
     """A controller with PolyScope X as far as it is asked here: RTDE of version 10, and no dashboard."""
     arm = ArmModel(MODELS["ur5e"], [0.0, -1.6, 1.8, -1.8, -1.5708, 0.0])
     faults = Faults({})
-    controller = Controller(Profile((10, 7, 0, 1), 500.0, "UR5", "1"), arm, lambda: tuple(np.zeros(6)), faults.shown)
+    controller = Controller(
+        ControllerModel((10, 7, 0, 1), 500.0, "UR5", "1"), arm, lambda: tuple(np.zeros(6)), faults.shown
+    )
     host = next(own_hosts)
     server = RtdeServer(host, 30004, controller, faults).server
     yield host
@@ -143,7 +145,7 @@ def test_a_controller_is_held_against_its_model_at_every_version(own_hosts, monk
     """Below 3.12 and 5.6 its dashboard does not know which model it is of."""
     kind = Ur5eStandIn if version[0] == 5 else Ur5StandIn
     monkeypatch.setattr(kind, "PROFILE", kind.PROFILE._replace(version=(*version, 1, 64192)))
-    made = kind(next(own_hosts), Stage())
+    made = kind(next(own_hosts), StandInWorld())
     made.start()
     try:
         options = options_at(made.host).model_copy(update={"model": model})

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ur_wires import Wire, messages
 
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.fields import OUTPUT_FIELDS
 from stretch_bt.hardware.emulators.ur.primary_messages import robot_state
 from stretch_bt.hardware.emulators.ur.programs import Programs
@@ -24,7 +24,7 @@ class Bench:
     """A controller that is cycled by hand, and what it says on its primary port."""
 
     def __init__(self):
-        made = Ur5StandIn("127.0.0.1", Stage())
+        made = Ur5StandIn("127.0.0.1", StandInWorld())
         self.controller, self.said = made.controller, []
         self.programs = Programs(made.controller, lambda message: self.said.append(message(made.controller)))
 
@@ -303,7 +303,7 @@ def test_no_program_stops_the_controller(lines):
 
 @pytest.mark.parametrize("port", [30001, 30002, 30003])
 def test_each_port_takes_programs(port, own_hosts):
-    stand_in = Ur5StandIn(next(own_hosts), Stage())
+    stand_in = Ur5StandIn(next(own_hosts), StandInWorld())
     stand_in.start()
     try:
         with Wire(stand_in.host, 30001) as events, Wire(stand_in.host, port) as wire:
@@ -315,7 +315,7 @@ def test_each_port_takes_programs(port, own_hosts):
 
 
 def test_what_a_read_only_port_is_sent_is_not_run(own_hosts):
-    stand_in = Ur5StandIn(next(own_hosts), Stage())
+    stand_in = Ur5StandIn(next(own_hosts), StandInWorld())
     stand_in.start()
     try:
         with Wire(stand_in.host, 30001) as events, Wire(stand_in.host, 30011) as wire:

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.script import parse_script
@@ -33,7 +33,7 @@ def controller(own_hosts):
     started = []
 
     def start(model="ur"):
-        made = MODELS_OF[model](next(own_hosts), Stage())
+        made = MODELS_OF[model](next(own_hosts), StandInWorld())
         started.append(made)
         made.start()
         return made
@@ -186,7 +186,7 @@ def test_no_bytes_move_the_arm_or_stop_the_controller(noisy, sent):
 
 @pytest.fixture(scope="module")
 def noisy(own_hosts):
-    made = Ur5StandIn(next(own_hosts), Stage())
+    made = Ur5StandIn(next(own_hosts), StandInWorld())
     made.start()
     yield made
     end = time.monotonic() + 10
@@ -247,7 +247,7 @@ def test_what_is_out_of_reach_has_no_joint_angles():
 
 
 def test_a_move_that_cannot_go_on_is_a_protective_stop():
-    arm = ArmModel(MODELS["ur5"], Ur5StandIn("127.0.0.1", Stage()).arm.q.tolist())
+    arm = ArmModel(MODELS["ur5"], Ur5StandIn("127.0.0.1", StandInWorld()).arm.q.tolist())
     controller = Controller(Ur5StandIn.PROFILE, arm, lambda: (0.0,) * 6, lambda fault: None)
     from stretch_bt.hardware.emulators.ur.arm_model import LineMove
 

@@ -9,7 +9,7 @@ import pytest
 
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.serve import free_ports, serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.ur.wire import package
 
 INJECT = json.dumps({"do": "inject", "device": "ati", "fault": "repeat"}).encode() + b"\n"
@@ -26,7 +26,7 @@ BEGINS = [
 @pytest.fixture(scope="module")
 def served():
     names = ["robotiq", "ati"]
-    with serving(names, Stage(), control=0, ports=free_ports(names)) as servers:
+    with serving(names, StandInWorld(), control=0, ports=free_ports(names)) as servers:
         yield servers.served
 
 

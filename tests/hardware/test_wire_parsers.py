@@ -13,13 +13,13 @@ from stretch_bt.hardware.emulators.control import ControlPort
 from stretch_bt.hardware.emulators.gripper_model import GripperModel
 from stretch_bt.hardware.emulators.modbus import RtuFraming, TcpFraming, answer, crc16
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.emulators.urcap import UrcapStandIn, parse_line
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.hardware.robotiq.modbus_wire import ModbusWire, tcp_client
-from stretch_bt.hardware.robotiq.registers import FAULTS, Command, Found, Status, fault_of
-from stretch_bt.hardware.robotiq.registers import Stage as Activation
+from stretch_bt.hardware.robotiq.registers import FAULTS, Command, ObjectStatus, Status, fault_of
+from stretch_bt.hardware.robotiq.registers import ActivationStage as Activation
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire, parse_value
 from stretch_bt.hardware.wire_thread import WireError
 
@@ -38,8 +38,8 @@ GOLDEN = {
 #: frames whose length is to be found out: of one register, of two blocks, and of a function that is not known
 OTHERS = ["09 06 03 E8 01 00", "09 17 07 D0 00 03 03 E8 00 01 02 01 00", "09 2B 0E 01 00"]
 REPLIES = {
-    "09 04 06 F9 00 00 00 0D 00 17 AA": Status(True, True, Activation.ACTIVE, Found.ARRIVED, 0, 0, 13),
-    "09 04 06 B9 00 00 FF BD 00 5C 9A": Status(True, True, Activation.ACTIVE, Found.WHILE_CLOSING, 0, 255, 189),
+    "09 04 06 F9 00 00 00 0D 00 17 AA": Status(True, True, Activation.ACTIVE, ObjectStatus.ARRIVED, 0, 0, 13),
+    "09 04 06 B9 00 00 FF BD 00 5C 9A": Status(True, True, Activation.ACTIVE, ObjectStatus.WHILE_CLOSING, 0, 255, 189),
 }
 
 
@@ -228,7 +228,7 @@ EXCEPTIONS = [
 
 @pytest.mark.parametrize(("asked", "reply"), EXCEPTIONS)
 def test_what_the_gripper_does_not_have_is_answered_by_an_exception(asked, reply):
-    stand_in = RobotiqStandIn("127.0.0.1", Stage())
+    stand_in = RobotiqStandIn("127.0.0.1", StandInWorld())
     assert answer(bytes.fromhex(asked), stand_in._registers) == bytes.fromhex(reply)
     assert stand_in.state()["writes"] == 0
 
@@ -246,7 +246,7 @@ ANSWERED = [
 
 @pytest.mark.parametrize(("before", "asked", "reply"), ANSWERED)
 def test_registers_are_written_one_by_one_and_read_back(before, asked, reply):
-    stand_in = RobotiqStandIn("127.0.0.1", Stage(now=lambda: 0.0))
+    stand_in = RobotiqStandIn("127.0.0.1", StandInWorld(now=lambda: 0.0))
     if before:
         assert answer(bytes.fromhex(before), stand_in._registers)[0] < 0x80
     assert answer(bytes.fromhex(asked), stand_in._registers) == bytes.fromhex(reply)
@@ -256,7 +256,7 @@ def test_registers_are_written_one_by_one_and_read_back(before, asked, reply):
 def test_no_bytes_but_a_command_move_the_fingers(chunks):
     """Whatever comes, an inactive gripper stays where it is."""
     time = [0.0]
-    stand_in = RobotiqStandIn("127.0.0.1", Stage(now=lambda: time[0]))
+    stand_in = RobotiqStandIn("127.0.0.1", StandInWorld(now=lambda: time[0]))
     rtu, tcp = RtuFraming(), TcpFraming()
     for chunk in chunks:
         for framing in (rtu, tcp):
@@ -273,7 +273,7 @@ def test_no_bytes_but_a_command_move_the_fingers(chunks):
     )
 )
 def test_any_line_to_the_urcap(line):
-    stand_in = UrcapStandIn("127.0.0.1", Stage(now=lambda: 0.0))
+    stand_in = UrcapStandIn("127.0.0.1", StandInWorld(now=lambda: 0.0))
     reply = stand_in._reply(line)
     assert reply == "?\n" or parse_line(line) is not None
     assert not stand_in.state()["moving"] or "ACT" in line
@@ -282,7 +282,7 @@ def test_any_line_to_the_urcap(line):
 @given(st.lists(st.tuples(st.booleans(), st.booleans(), *[st.integers(0, 255)] * 3, st.floats(0.0, 3.0)), max_size=12))
 def test_any_commands_leave_the_fingers_between_their_ends(commands):
     time = [0.0]
-    model = GripperModel(Stage(now=lambda: time[0]), lambda _: None)
+    model = GripperModel(StandInWorld(now=lambda: time[0]), lambda _: None)
     for activate, go, position, speed, force, passed in commands:
         model.write(Command(activate, go, position, speed, force))
         time[0] += passed
@@ -311,7 +311,7 @@ def test_any_line_to_the_control_port_is_answered(line, control_port):
 def control_port():
     port = ControlPort(
         ("127.0.0.1", 0),
-        {"robotiq": RobotiqStandIn("127.0.0.1", Stage())},
+        {"robotiq": RobotiqStandIn("127.0.0.1", StandInWorld())},
         {"robotiq": {"rtu": "nowhere"}},
         renew=lambda: None,
     )

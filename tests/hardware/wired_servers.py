@@ -17,7 +17,7 @@ from album import Album, album, enlisted
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.priority import raise_priority
 
 _POSE = struct.Struct("6d")
@@ -37,7 +37,7 @@ class Place:
         return Pose(six[:3], six[3:])
 
 
-class Noting(Stage):
+class Noting(StandInWorld):
     """A stage that notes where the arm has the hand."""
 
     def __init__(self, place):

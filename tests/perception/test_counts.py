@@ -5,7 +5,7 @@ import pytest
 from height_noise import NOISES, height, seen, surface_of
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.perception.view import seen as pressed
 from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
@@ -17,7 +17,9 @@ KINDS = ("sphere", "cap", "cylinder", "box")
 
 
 def frames(noise, **options):
-    return [observe(pressed(Press(Sphere(0.03), 0.03, 0.010)), Noise(**noise, **options), seed) for seed in range(3)]
+    return [
+        observe(pressed(BodyPress(Sphere(0.03), 0.03, 0.010)), Noise(**noise, **options), seed) for seed in range(3)
+    ]
 
 
 @pytest.mark.parametrize(

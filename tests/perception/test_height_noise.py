@@ -6,7 +6,7 @@ from height_noise import CAMERA, NOISES, camera_of, height, seen, surface_of
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, track_height
-from stretch_bt.perception.noise_spectrum import noise_spectrum
+from stretch_bt.perception.noise_of_frame import noise_spectrum
 from stretch_bt.perception.surface import clean
 from stretch_bt.perception.tops import FAR, window_of
 from stretch_bt.perception.types import CONTACT, DEFORMED

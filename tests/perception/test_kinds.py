@@ -10,7 +10,7 @@ import pytest
 
 from stretch_bt import perception
 from stretch_bt.accuracy.perception.noise import WHITE_05, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import InvalidInput, NoAnswer, StretchError
 from stretch_bt.frames import Pose
 from stretch_bt.perception.types import INVALID
@@ -63,7 +63,7 @@ CALLS = {name: getattr(perception, name) for name in perception.__all__ if name 
 @pytest.fixture(scope="module")
 def given():
     """Return right arguments by name, and arguments by name for single functions, which come before the others."""
-    frame = observe(seen(Press(Sphere(0.02), stretch=0.03, depth=0.01)), WHITE_05, seed=1)
+    frame = observe(seen(BodyPress(Sphere(0.02), stretch=0.03, depth=0.01)), WHITE_05, seed=1)
     frame = replace(frame, pose=Pose((0.0, 0.0, 0.1)), hand_height=0.1)
     contact = perception.find_contact(frame)
     sphere = perception.fit_sphere(contact.points)

@@ -8,7 +8,7 @@ from height_noise import FILLET, LONG, NOISES, PITCH, WIDE, Surface, height, rel
 from leaning_tops import leaning
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress
 from stretch_bt.accuracy.perception.view import seen as pressed
 from stretch_bt.perception import Contact, classify, deproject, measure_contact, to_membrane, track_height
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -82,7 +82,7 @@ def test_an_ellipse_that_leans_is_no_rectangle_of_half_its_width():
 )
 def test_a_face_whose_heights_are_all_one_count_is_told_within_a_count(stretch, depth, seed):
     """Many depth cameras count whole millimetres, unless they are set otherwise; it ended in a LinAlgError."""
-    view = pressed(Press(Cylinder(0.02), stretch, depth))
+    view = pressed(BodyPress(Cylinder(0.02), stretch, depth))
     points, valid = deproject(observe(view, Noise(white=0.3e-3, quantum=1e-3), seed))
     points = to_membrane(points, PLANE_DISTANCE)
     top = track_height(points, valid, classify(points, valid).labels)

@@ -6,8 +6,8 @@ from height_noise import NOISES, height, seen, surface_of
 
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.perception import find_contact
+from stretch_bt.perception.noise_of_frame import LENGTHS
 from stretch_bt.perception.noise_off_contact import left_by_ellipse
-from stretch_bt.perception.noise_spectrum import LENGTHS
 from stretch_bt.perception.surface import clean
 from stretch_bt.perception.tops import noise_around
 from stretch_bt.perception.types import CONTACT

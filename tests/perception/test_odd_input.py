@@ -7,7 +7,7 @@ import pytest
 
 from stretch_bt import perception
 from stretch_bt.accuracy.perception.noise import WHITE_05, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.types import INVALID
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -69,7 +69,7 @@ NUMBERS = {
 
 @pytest.fixture(scope="module")
 def contact():
-    return perception.find_contact(observe(seen(Press(Cylinder(0.02), stretch=0.03, depth=0.01)), WHITE_05, seed=1))
+    return perception.find_contact(observe(seen(BodyPress(Cylinder(0.02), stretch=0.03, depth=0.01)), WHITE_05, seed=1))
 
 
 def numbers(answer):

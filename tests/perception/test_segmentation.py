@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardcases.strategies.perception import IMAGES, RULES
@@ -279,7 +279,7 @@ def test_confidence_is_the_share_of_labels_that_are_right(noise, off):
     """A small contact is labelled too wide, as smoothed curvature reaches further than what touches."""
     stated, right = [], []
     for shape in (Ball(0.012), Ball(0.03), Cylinder(0.015), Cylinder(0.03)):
-        view = seen(Press(shape, 0.03, 0.010))
+        view = seen(BodyPress(shape, 0.03, 0.010))
         found = find_contact(observe(view, noise, 1))
         touching = found.labels == CONTACT
         stated.append(found.confidence[touching].mean())
@@ -293,7 +293,7 @@ def test_confidence_is_the_share_of_labels_that_are_right(noise, off):
 
 @pytest.mark.parametrize("shape", [Ball(0.03), Cylinder(0.015)])
 def test_of_a_slack_sheet_whose_skirt_passes_for_contact_no_contact_is_sure(shape):
-    found = find_contact(observe(seen(Press(shape, 0.0, 0.010)), Noise(white=0.02e-3), 1))
+    found = find_contact(observe(seen(BodyPress(shape, 0.0, 0.010)), Noise(white=0.02e-3), 1))
     assert found.confidence[found.labels == CONTACT].mean() < 0.6
 
 
@@ -314,7 +314,7 @@ def test_under_correlated_noise_the_top_is_found_by_height_and_little_is_certain
 @pytest.mark.parametrize(("white", "shared", "length"), [(0.5e-3, 0.15e-3, 3.0), (0.3e-3, 0.1e-3, 4.0)])
 def test_white_noise_does_not_hide_that_pixels_share_some(shape, stretch, white, shared, length):
     """Most of a taut membrane was taken for contact in up to half of such frames, where nothing of it lies flat."""
-    view = seen(Press(shape, stretch, 0.008))
+    view = seen(BodyPress(shape, stretch, 0.008))
     wide = []
     for seed in range(1000, 1006):
         found = find_contact(observe(view, Noise(white=white, correlated=shared, kernel=length), seed))

@@ -17,7 +17,8 @@ from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.open_cell import OpenCell
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.ports import Behavior, In, Status
 from stretch_bt.tree.program import load_program
 

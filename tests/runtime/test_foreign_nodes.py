@@ -12,8 +12,8 @@ from py_trees.blackboard import Blackboard
 from stretch_bt import check, run
 from stretch_bt.errors import StretchError, TreeError
 from stretch_bt.runtime.replay.again import replay
+from stretch_bt.tree.node_description import describe
 from stretch_bt.tree.program import load_program
-from stretch_bt.tree.registry import describe
 from stretch_bt.tree.schema import schema
 
 MODULE = '''

@@ -18,7 +18,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.implementations import SHIPPED
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
@@ -140,7 +140,7 @@ def test_the_stops_end_where_an_edge_leaves_the_view_whatever_the_words(tmp_path
 @pytest.fixture
 def wired(tmp_path, monkeypatch):
     """A cell file on the stand-in of a gripper, whose fingers stretch a twin that the camera sees."""
-    stage = Stage()
+    stage = StandInWorld()
     twin = Twin(load_scene(scene(tmp_path, 3)[0]), stage.geometry, stage.now, 0)
     twin.fingers = stage.fingers
     monkeypatch.setattr(StagedCamera, "twin", twin)

@@ -11,10 +11,10 @@ import stretch_bt
 from stretch_bt import check
 from stretch_bt.cli.app import app
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.tree.ports import Role
 from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.types import Family
-from stretch_bt.units import format_quantity
 
 TREES = Path(stretch_bt.__file__).parent / "trees"
 #: so tight that every port with a limit can be past it

@@ -11,7 +11,8 @@ from stretch_bt.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry
-from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.build import build
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.units import Estimate, Length

@@ -13,7 +13,7 @@ from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.build import build
 from stretch_bt.tree.export import FORMATS, export
 from stretch_bt.tree.export.layout import GAP_X, arrange
-from stretch_bt.tree.export.view import View, views
+from stretch_bt.tree.export.view import NodeView, views
 from stretch_bt.tree.program import Program, load_program, shipped_trees
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -107,7 +107,7 @@ def test_paths_are_those_of_the_built_tree(name: str, programs: dict[str, Progra
     assert drawn == {"main", *built.nodes}
 
 
-def inside(text: str, view: View) -> bool:
+def inside(text: str, view: NodeView) -> bool:
     """Whether a drawing names a node: by its whole path."""
     return re.search(rf"(?<![\w/]){re.escape(view.path)}(?![\w/\[])", text) is not None
 

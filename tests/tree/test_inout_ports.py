@@ -11,6 +11,7 @@ import pytest
 from stretch_bt import Behavior, In, InOut, Out, Status, node, run
 from stretch_bt.runtime.check import check
 from stretch_bt.tree import registry
+from stretch_bt.tree.node_description import describe
 from stretch_bt.units import Length
 
 pytestmark = pytest.mark.usefixtures("own_nodes")
@@ -145,7 +146,7 @@ def test_one_that_leaves_it_leaves_it_none(tmp_path: Path) -> None:
 
 
 def test_nodes_says_which_ports_are_both() -> None:
-    about = registry.describe(registry.load_all()["count_one"])
+    about = describe(registry.load_all()["count_one"])
     assert [(p["name"], p["type"], p["required"]) for p in about["inouts"]] == [("tally", "Tally", False)]
     assert [p["name"] for p in about["inputs"]] == ["by"]
 

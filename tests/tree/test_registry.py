@@ -18,8 +18,10 @@ from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.hardware.limits import LIMITED
 from stretch_bt.tree import registry
 from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.node_description import describe, fields_of
+from stretch_bt.tree.node_info import snake_case
 from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, Uses, port
-from stretch_bt.tree.registry import RESERVED, RegistryError, describe, fields_of, load_all, lookup, node, snake_case
+from stretch_bt.tree.registry import RESERVED, RegistryError, load_all, lookup, node
 from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 from stretch_bt.tree.types import Family
 from stretch_bt.units import Estimate, Length

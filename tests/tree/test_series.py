@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stretch_bt.errors import Absent, NoAnswer
-from stretch_bt.tree.series import LIST_FUNCTIONS, Series
+from stretch_bt.tree.series import LIST_FUNCTIONS, EstimateList
 from stretch_bt.units import Estimate
 
 
 def test_entries_that_are_all_the_same_say_nothing_of_their_error() -> None:
     for name in ("mean", "median"):
         assert not isinstance(LIST_FUNCTIONS[name]([2.0, 2.0, 2.0]), Estimate)
-        assert LIST_FUNCTIONS[name](Series([2.0, 2.0], [0.1, 0.1])).sd == pytest.approx(0.1 / math.sqrt(2))
+        assert LIST_FUNCTIONS[name](EstimateList([2.0, 2.0], [0.1, 0.1])).sd == pytest.approx(0.1 / math.sqrt(2))
 
 
 NUMBERS = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=30)
@@ -44,13 +44,13 @@ def test_the_error_of_an_average_is_how_far_it_is_off(name: str, most: float, ow
     ratios = []
     for _ in range(2000):
         values = rng.normal(0.0, 0.4, 12).tolist()
-        average = LIST_FUNCTIONS[name](Series(values, [0.4] * 12 if own else [None] * 12))
+        average = LIST_FUNCTIONS[name](EstimateList(values, [0.4] * 12 if own else [None] * 12))
         ratios.append(float(average) / average.sd)
     assert 0.8 < float(np.sqrt(np.mean(np.square(ratios)))) < most
 
 
 def test_entries_that_scatter_by_more_than_their_errors_say_so() -> None:
-    average = LIST_FUNCTIONS["mean"](Series([1.0, 3.0, 2.0, 4.0], [0.01] * 4))
+    average = LIST_FUNCTIONS["mean"](EstimateList([1.0, 3.0, 2.0, 4.0], [0.01] * 4))
     assert average.sd == pytest.approx(1.2 * statistics.stdev([1, 2, 3, 4]) / 2, rel=0.01)
 
 
@@ -63,7 +63,7 @@ def test_the_scatter_of_few_entries_is_that_of_student(count: int) -> None:
 
 
 def test_an_entry_keeps_its_own_error() -> None:
-    values = Series([3.0, 1.0, 2.0], [0.3, 0.1, None])
+    values = EstimateList([3.0, 1.0, 2.0], [0.3, 0.1, None])
     assert (LIST_FUNCTIONS["min"](values).sd, LIST_FUNCTIONS["max"](values).sd) == (0.1, 0.3)
     assert (LIST_FUNCTIONS["at"](values, 1), LIST_FUNCTIONS["at"](values, 1).sd) == (1.0, 0.1)
     assert not isinstance(LIST_FUNCTIONS["at"](values, 2), Estimate)

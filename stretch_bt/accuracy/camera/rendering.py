@@ -43,7 +43,7 @@ _CALLS = 9
 _PEER_PITCHES = (1.4e-3, PITCH, 0.35e-3)
 
 
-class View(NamedTuple):
+class RenderedPress(NamedTuple):
     """A press that is seen: lengths in m."""
 
     name: str
@@ -62,7 +62,10 @@ BODIES: dict[str, Indenter] = {
     "sphere 30 mm": Sphere(0.03),
     "cube 20 mm": Cube(0.02),
 }
-VIEWS = [View(name, body, *xz) for xz, (name, body) in product(product((0.03, 0.06), (0.010, 0.005)), BODIES.items())]
+VIEWS = [
+    RenderedPress(name, body, *xz)
+    for xz, (name, body) in product(product((0.03, 0.06), (0.010, 0.005)), BODIES.items())
+]
 
 
 def warm() -> None:
@@ -117,12 +120,12 @@ class _Right(NamedTuple):
 
 
 @lru_cache(maxsize=2)
-def _shape(view: View) -> Shape:
+def _shape(view: RenderedPress) -> Shape:
     return solved(view.body, view.stretch, view.depth).shape
 
 
 @lru_cache(maxsize=2)
-def _right(view: View) -> _Right:
+def _right(view: RenderedPress) -> _Right:
     (fine, seconds), (coarse, _) = (
         timed(lambda p=pitch: render(_shape(view), CROP, DISTANCE, p)[0], 1)  # type: ignore[misc]
         for pitch in _REFERENCE
@@ -136,19 +139,19 @@ def _rms(depth: Image, right: Image) -> float:
     return float(np.sqrt(np.mean((depth[both] - right[both]) ** 2)))
 
 
-def _own(view: View) -> list[Answer]:
+def _own(view: RenderedPress) -> list[Answer]:
     right = _right(view)
     return [Answer("depth", right.own, right.seconds, right.own, status=REFERENCE)]
 
 
-def _rendered(view: View, pitch: float) -> list[Answer]:
+def _rendered(view: RenderedPress, pitch: float) -> list[Answer]:
     right, points = _right(view), points_of(_shape(view), pitch)
     renderer = DepthRenderer(CROP, DISTANCE)
     depth, seconds = timed(lambda: renderer.render(Grid(points), TABLE))
     return [Answer("depth", _rms(depth, right.depth), seconds, right.own)]
 
 
-def _rays(view: View, pitch: float) -> list[Answer]:
+def _rays(view: RenderedPress, pitch: float) -> list[Answer]:
     right, points = _right(view), points_of(_shape(view), pitch)
     depth, seconds = timed(lambda: open3d_rays.depth(points, CROP, DISTANCE))
     return [Answer("depth", _rms(depth, right.depth), seconds, right.own)]

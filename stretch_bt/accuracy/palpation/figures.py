@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stretch_bt.accuracy.palpation.palpated import Seen
+from stretch_bt.accuracy.palpation.palpated import PalpationTruth
 from stretch_bt.runtime.result import RunResult
 from stretch_bt.simulation.objects.balloon import BalloonObject
 from stretch_bt.simulation.scene import load_scene
@@ -35,7 +35,7 @@ class Figures(NamedTuple):
     falls: float  # presses at whose end the scene's own force was lower than at the last
 
 
-def figures(result: RunResult, seen: Seen, balloon: str) -> Figures:
+def figures(result: RunResult, seen: PalpationTruth, balloon: str) -> Figures:
     """Return the numbers of one run, whose status is SUCCESS."""
     out, true = result.outputs, result.truth
     spec = load_scene(f"{balloon}_balloon").object

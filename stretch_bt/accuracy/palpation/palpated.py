@@ -16,11 +16,11 @@ from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import run
 from stretch_bt.simulation.scene import load_scene
 
-__all__ = ["Seen", "palpated", "watched"]
+__all__ = ["PalpationTruth", "palpated", "watched"]
 
 
 @dataclass
-class Seen(Onlooker):
+class PalpationTruth(Onlooker):
     """Notes the scene's truth: the force at each press' end, the error of each height that was seen, when the object was met."""
 
     runner: Runner
@@ -50,7 +50,7 @@ class Seen(Onlooker):
 
 def palpated(
     protocol: str, level: int, balloon: str, fidelity: str, seed: int, extra: Mapping[str, Any]
-) -> tuple[RunResult, Seen]:
+) -> tuple[RunResult, PalpationTruth]:
     """Return the result of a run with the params of LEVELS and `extra`, and the scene's truth on its way."""
     shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
     with tempfile.TemporaryDirectory() as folder:
@@ -60,12 +60,12 @@ def palpated(
         return watched(balloon, PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record")
 
 
-def watched(balloon: str, tree: str, **given: Any) -> tuple[RunResult, Seen]:
+def watched(balloon: str, tree: str, **given: Any) -> tuple[RunResult, PalpationTruth]:
     """Run a tree on a scene of a balloon as `run` does, and return its result and the scene's truth on its way."""
-    notes: list[Seen] = []
+    notes: list[PalpationTruth] = []
 
     def watch(runner: Runner) -> None:
-        notes.append(Seen(runner, load_scene(f"{balloon}_balloon").object.top))
+        notes.append(PalpationTruth(runner, load_scene(f"{balloon}_balloon").object.top))
         runner.watchers.append(notes[0])
 
     return run(tree, watch=watch, **given), notes[0]

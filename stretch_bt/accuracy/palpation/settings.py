@@ -13,13 +13,13 @@ from stretch_bt.accuracy.palpation.palpated import palpated
 from stretch_bt.accuracy.palpation.protocols import AVERAGING
 from stretch_bt.accuracy.points import FAILED, Answer, Setting
 
-__all__ = ["SERIES", "Series", "jobs"]
+__all__ = ["SERIES", "ProtocolSeries", "jobs"]
 
 SHALLOW = 0.012  # m, the depth limit at which stretch steps are compared: within the tree's own limit these balloons need no stretch
 SHIPPED = AVERAGING.index("as shipped")
 
 
-class Series(NamedTuple):
+class ProtocolSeries(NamedTuple):
     """A protocol with its params, and at which levels of averaging it is measured."""
 
     name: str
@@ -29,13 +29,13 @@ class Series(NamedTuple):
 
 
 SERIES = (
-    Series("palpate_stiffness", "shipped", {}, (0, 1, 2, 3)),
-    Series("palpate_active", "active", {}, (0, 1, 2, 3)),
-    Series("from zero by 0.5 mm", "from zero", {"step": 0.0005}, (0, 2)),
-    Series("from zero by 1 mm", "from zero", {"step": 0.001}, (0, 1, 2, 3)),
-    Series("from zero by 2 mm", "from zero", {"step": 0.002}, (0, 2)),
+    ProtocolSeries("palpate_stiffness", "shipped", {}, (0, 1, 2, 3)),
+    ProtocolSeries("palpate_active", "active", {}, (0, 1, 2, 3)),
+    ProtocolSeries("from zero by 0.5 mm", "from zero", {"step": 0.0005}, (0, 2)),
+    ProtocolSeries("from zero by 1 mm", "from zero", {"step": 0.001}, (0, 1, 2, 3)),
+    ProtocolSeries("from zero by 2 mm", "from zero", {"step": 0.002}, (0, 2)),
     *(
-        Series(
+        ProtocolSeries(
             f"palpate_stiffness to 12 mm, stretch by {1e3 * step:g} mm",
             "shipped",
             {"max_depth": SHALLOW, "stretch_step": step},
@@ -60,7 +60,7 @@ def jobs() -> Iterator[Job]:
             yield Job(case, setting, "stiffness", _SECONDS[series.protocol], run, seed, default)
 
 
-def _run(series: Series, level: int, balloon: str, seed: int) -> list[Answer]:
+def _run(series: ProtocolSeries, level: int, balloon: str, seed: int) -> list[Answer]:
     result, seen = palpated(series.protocol, level, balloon, FIDELITY, seed, series.params)
     cpu = result.cpu_seconds
     if result.status == "INTERRUPTED":  # the runner takes the signal for itself

@@ -18,7 +18,7 @@ from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.points import FAILED, SKIPPED, Answer, Setting
 from stretch_bt.errors import NoAnswer
 
-__all__ = ["DEPTH", "DIAMETER", "PRESSES", "SHEAR_MODULUS", "STRETCH", "Pressed", "guarded", "names", "presses"]
+__all__ = ["DEPTH", "DIAMETER", "PRESSES", "SHEAR_MODULUS", "STRETCH", "PeerAnswer", "guarded", "names", "presses"]
 
 PRESSES = ("mujoco_flex", "newton_vbd")
 DIAMETER, STRETCH, DEPTH = 0.020, 0.030, 0.010  # m
@@ -28,7 +28,7 @@ _REFERENCE = 0.004  # error of the force of the sheet on fine elements: the diff
 _SECONDS = 3.0
 
 
-class Pressed(NamedTuple):
+class PeerAnswer(NamedTuple):
     """The answer of a peer: the force, N, once the sheet rests; CPU seconds from the flat stretched sheet."""
 
     force: float
@@ -69,7 +69,7 @@ def presses() -> Iterator[Job]:
 
 
 def _pressed(peer: str) -> list[Answer]:
-    found: Pressed = import_module(f"{__name__}.{peer}").press()
+    found: PeerAnswer = import_module(f"{__name__}.{peer}").press()
     return [Answer("force", abs(found.force / _right() - 1), found.seconds, _REFERENCE)]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.accuracy.peers import DENSITY, DEPTH, DIAMETER, SHEAR_MODULUS, STRETCH, Pressed
+from stretch_bt.accuracy.peers import DENSITY, DEPTH, DIAMETER, SHEAR_MODULUS, STRETCH, PeerAnswer
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.press import GAUGE, THICKNESS, WIDTH
 
@@ -39,7 +39,7 @@ _SCENE = """
 """
 
 
-def press() -> Pressed:
+def press() -> PeerAnswer:
     """Return the force once the sheet is at rest.
 
     Raises
@@ -59,7 +59,7 @@ def press() -> Pressed:
     else:
         raise NoEquilibrium(f"the sheet still moves after {_MOST_STEPS} steps")
     seconds = time.process_time() - began
-    return Pressed(_force(model, data), seconds)
+    return PeerAnswer(_force(model, data), seconds)
 
 
 def _stretched() -> tuple[Any, Any]:

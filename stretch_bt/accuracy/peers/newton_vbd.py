@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stretch_bt.accuracy.peers import DENSITY, DEPTH, DIAMETER, SHEAR_MODULUS, STRETCH, Pressed
+from stretch_bt.accuracy.peers import DENSITY, DEPTH, DIAMETER, SHEAR_MODULUS, STRETCH, PeerAnswer
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.press import GAUGE, THICKNESS, WIDTH
 
@@ -33,7 +33,7 @@ class _World(NamedTuple):
     states: tuple[Any, Any]
 
 
-def press() -> Pressed:
+def press() -> PeerAnswer:
     """Return the force once the sheet is at rest.
 
     Raises
@@ -49,7 +49,7 @@ def press() -> Pressed:
         began = time.process_time()
         force = _settle(world)
         seconds = time.process_time() - began
-    return Pressed(force, seconds)
+    return PeerAnswer(force, seconds)
 
 
 def _settle(world: _World) -> float:

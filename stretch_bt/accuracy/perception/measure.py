@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, WHITE_05, WHITE_10, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.accuracy.points import REFERENCE, REFUSED, Answer, Setting
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
@@ -44,12 +44,12 @@ NOISES = {
     "correlated 1 mm, 8 frames": CORRELATED,
 }
 SPHERES = (
-    Press(Sphere(0.03), 0.0, 0.010, (0.002, -0.003)),
-    Press(Sphere(0.03), 0.03, 0.010, (0.002, -0.003)),
-    Press(Sphere(0.06), 0.03, 0.010, (-0.003, 0.002)),
+    BodyPress(Sphere(0.03), 0.0, 0.010, (0.002, -0.003)),
+    BodyPress(Sphere(0.03), 0.03, 0.010, (0.002, -0.003)),
+    BodyPress(Sphere(0.06), 0.03, 0.010, (-0.003, 0.002)),
 )
 CYLINDERS = tuple(
-    Press(Cylinder(d), x, z, (0.003, -0.004))
+    BodyPress(Cylinder(d), x, z, (0.003, -0.004))
     for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
 )
 QUICK, FULL = 4, 40  # frames of a press
@@ -105,12 +105,12 @@ def bound_job(case: str, frames: int, kind: str, bound: Callable[[], float]) -> 
 
 
 @lru_cache(maxsize=8)
-def view_of(press: Press) -> Seen:
+def view_of(press: BodyPress) -> SheetView:
     """Return the camera's view of a press."""
     return seen(press)
 
 
-def words(press: Press) -> str:
+def words(press: BodyPress) -> str:
     """Return a press in words."""
     body = press.indenter
     assert isinstance(body, Sphere | Cylinder)
@@ -118,17 +118,17 @@ def words(press: Press) -> str:
     return f"{name} {body.diameter * 1e3:g} mm, stretch {press.stretch * 1e3:g} mm, depth {press.depth * 1e3:g} mm"
 
 
-def frames(press: Press, noise: Noise, count: int) -> Iterator[tuple[DepthFrame]]:
+def frames(press: BodyPress, noise: Noise, count: int) -> Iterator[tuple[DepthFrame]]:
     """Yield some frames of a press."""
     return ((observe(view_of(press), noise, seed),) for seed in range(count))
 
 
-def clouds(press: Press, noise: Noise, count: int) -> Iterator[tuple[Array, npt.NDArray[np.bool_]]]:
+def clouds(press: BodyPress, noise: Noise, count: int) -> Iterator[tuple[Array, npt.NDArray[np.bool_]]]:
     """Yield points (h, w, 3), m, membrane frame, and where they are valid, of some frames of a press."""
     return (cloud(view_of(press), noise, seed) for seed in range(count))
 
 
-def cloud(view: Seen, noise: Noise, seed: int) -> tuple[Array, npt.NDArray[np.bool_]]:
+def cloud(view: SheetView, noise: Noise, seed: int) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Return points (h, w, 3), m, membrane frame, and where they are valid, of one frame of a press."""
     points, valid = deproject(observe(view, noise, seed))
     return to_membrane(points, PLANE_DISTANCE), valid

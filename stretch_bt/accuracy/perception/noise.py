@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, SheetView
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import average_frames
 
@@ -40,12 +40,12 @@ WHITE_03, WHITE_05, WHITE_10 = Noise(white=0.3e-3), Noise(white=0.5e-3), Noise(w
 CORRELATED = Noise(correlated=1e-3, count=8)
 
 
-def observe(view: Seen, noise: Noise, seed: int) -> DepthFrame:
+def observe(view: SheetView, noise: Noise, seed: int) -> DepthFrame:
     """Return one frame of a press, the mean of `noise.count`; the same seed gives the same frame."""
     return average_frames(frames(view, noise, seed))
 
 
-def frames(view: Seen, noise: Noise, seed: int) -> list[DepthFrame]:
+def frames(view: SheetView, noise: Noise, seed: int) -> list[DepthFrame]:
     """Return `noise.count` successive frames of a press at rest."""
     rng = np.random.default_rng(seed)
     smooth = _smooth(noise, view.depth.shape, rng)

@@ -21,14 +21,14 @@ from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
-__all__ = ["CAMERA", "PLANE_DISTANCE", "Press", "Seen", "seen", "seen_of"]
+__all__ = ["CAMERA", "PLANE_DISTANCE", "BodyPress", "SheetView", "seen", "seen_of"]
 
 PLANE_DISTANCE = 0.2
 CAMERA = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)  # a crop of the sensor that holds the membrane
 
 
 @dataclass(frozen=True, slots=True)
-class Press:
+class BodyPress:
     """A rigid body, the stretch and the depth of the press, m, the place (x, y), m, and the smallest elements, m."""
 
     indenter: Indenter | Several
@@ -39,10 +39,10 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SheetView:
     """The depth (h, w) float32, m, 0 where the sheet is not seen; where it touches (h, w); and the force, N."""
 
-    press: Press
+    press: BodyPress
     depth: npt.NDArray[np.float32]
     touching: npt.NDArray[np.bool_]
     force: float
@@ -58,7 +58,7 @@ class Seen:
         return math.sqrt(self.area / math.pi)
 
 
-def seen(wanted: Press) -> Seen:
+def seen(wanted: BodyPress) -> SheetView:
     """Return the camera's view of a press; solved presses are kept between runs.
 
     Raises
@@ -69,7 +69,7 @@ def seen(wanted: Press) -> Seen:
     file = _file(wanted)
     if file is not None and file.exists():
         with np.load(file) as kept:
-            return Seen(wanted, kept["depth"], kept["touching"], float(kept["force"]))
+            return SheetView(wanted, kept["depth"], kept["touching"], float(kept["force"]))
     found = _solved(wanted)
     if file is not None:
         part = file.with_name(f"{file.stem}.{np.random.default_rng().integers(1 << 40)}.npz")
@@ -78,23 +78,23 @@ def seen(wanted: Press) -> Seen:
     return found
 
 
-def _solved(wanted: Press) -> Seen:
+def _solved(wanted: BodyPress) -> SheetView:
     settings = Settings(mesh=wanted.mesh, growth=1.4, budget=3000)
     solved = press(wanted.indenter, wanted.stretch, wanted.depth, at=wanted.at, settings=settings).detail
     return seen_of(wanted, solved)
 
 
-def seen_of(wanted: Press, solved: object) -> Seen:
+def seen_of(wanted: BodyPress, solved: object) -> SheetView:
     """Return the camera's view of a press that the sheet solved."""
     assert isinstance(solved, SheetPress)
     depth, points = render(solved.shape, CAMERA, PLANE_DISTANCE)
     visible = np.isfinite(points[..., 2])
     touching = np.zeros(depth.shape, bool)
     touching[visible] = solved.touches(points[visible])
-    return Seen(wanted, depth.astype(np.float32), touching, float(solved.force[2]))
+    return SheetView(wanted, depth.astype(np.float32), touching, float(solved.force[2]))
 
 
-def _file(wanted: Press) -> Path | None:
+def _file(wanted: BodyPress) -> Path | None:
     folder = cache_folder()
     if folder is None:
         return None

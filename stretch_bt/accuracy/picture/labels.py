@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from typing import NamedTuple
 
-__all__ = ["Box", "Label", "placed"]
+__all__ = ["Label", "LabelBox", "placed"]
 
 _LETTER, _LINE = 6.1, 12.0  # width and height of a letter
 _NEAR, _STEP, _FAR = 10.0, 13.0, 9
@@ -13,7 +13,7 @@ _NEAR, _STEP, _FAR = 10.0, 13.0, 9
 _WAYS = ((1, 0, ""), (-1, 0, "e"), (0, -1, "m"), (0, 1, "m"), (1, -1, ""), (1, 1, ""), (-1, -1, "e"), (-1, 1, "e"))
 
 
-class Box(NamedTuple):
+class LabelBox(NamedTuple):
     """A rectangle: left, top, right and bottom."""
 
     left: float
@@ -21,13 +21,13 @@ class Box(NamedTuple):
     right: float
     bottom: float
 
-    def shared(self, other: Box) -> float:
+    def shared(self, other: LabelBox) -> float:
         """Return the area of both."""
         wide = min(self.right, other.right) - max(self.left, other.left)
         high = min(self.bottom, other.bottom) - max(self.top, other.top)
         return max(wide, 0.0) * max(high, 0.0)
 
-    def beyond(self, other: Box) -> float:
+    def beyond(self, other: LabelBox) -> float:
         """Return the area of this one that is not in another."""
         return (self.right - self.left) * (self.bottom - self.top) - self.shared(other)
 
@@ -42,7 +42,7 @@ class Label(NamedTuple):
     bold: bool = False
 
 
-def placed(labels: list[Label], taken: list[Box], room: Box) -> str:
+def placed(labels: list[Label], taken: list[LabelBox], room: LabelBox) -> str:
     """Return labels as SVG, each at the nearest place that hides nothing taken, those in bold first."""
     taken, parts = [*taken], []
     for label in sorted(labels, key=lambda label: not label.bold):
@@ -60,15 +60,15 @@ def _places(label: Label) -> list[tuple[float, float, str]]:
     ]
 
 
-def _hidden(label: Label, place: tuple[float, float, str], taken: list[Box], room: Box) -> float:
+def _hidden(label: Label, place: tuple[float, float, str], taken: list[LabelBox], room: LabelBox) -> float:
     box = _box(label, *place)
     return round(sum(box.shared(other) for other in taken) + 3 * box.beyond(room), 3)
 
 
-def _box(label: Label, x: float, y: float, end: str) -> Box:
+def _box(label: Label, x: float, y: float, end: str) -> LabelBox:
     wide = len(label.text) * _LETTER * (1.08 if label.bold else 1.0)
     left = x - {"": 0.0, "m": wide / 2, "e": wide}[end]
-    return Box(left, y - _LINE + 2, left + wide, y + 3)
+    return LabelBox(left, y - _LINE + 2, left + wide, y + 3)
 
 
 def _drawn(label: Label, x: float, y: float, end: str) -> str:

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from stretch_bt.accuracy.job import Panel
-from stretch_bt.accuracy.picture.labels import Box, Label, placed
+from stretch_bt.accuracy.picture.labels import Label, LabelBox, placed
 from stretch_bt.accuracy.picture.marks import bar, open_mark, point
-from stretch_bt.accuracy.picture.scale import Scale, marks
 from stretch_bt.accuracy.points import Kind, Row
 from stretch_bt.accuracy.summary import MANY, Spread, Summary
+from stretch_bt.draw.axes import Frame, columns, rows, words
+from stretch_bt.draw.scale import Logarithmic, decades
 
 __all__ = ["HEIGHT", "WIDTH", "panel"]
 
 WIDTH, HEIGHT = 660, 470
-_ROOM = Box(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
+_ROOM = LabelBox(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
 _FAILED = 44.0  # y of the marks of cases without an answer
 
 
@@ -32,11 +33,6 @@ class _Dot(NamedTuple):
     @property
     def series(self) -> str:
         return self.summary.setting.series
-
-
-class _Frame(NamedTuple):
-    x: Callable[[float], float]
-    y: Callable[[float], float]
 
 
 def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[str, str], peers: frozenset[str]) -> str:
@@ -54,9 +50,9 @@ def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[st
         value for value, _, _ in lines
     ]
     failed = [(s, cost) for s in found if (cost := _failed_cost(which, s)) is not None]
-    across = Scale(marks([*(dot.cost for dot in dots), *(cost for _, cost in failed)]), _ROOM.left, _ROOM.right)
-    up = Scale(marks([e for e in errors if e > 0] or [1.0]), _ROOM.bottom, _ROOM.top)
-    frame = _Frame(across.place, up.place)
+    across = Logarithmic(decades([*(dot.cost for dot in dots), *(cost for _, cost in failed)]), _ROOM.left, _ROOM.right)
+    up = Logarithmic(decades([e for e in errors if e > 0] or [1.0]), _ROOM.bottom, _ROOM.top)
+    frame = Frame(across, up)
     floor, taken = _floors(frame, lines)
     by_cost = sorted(dots, key=lambda dot: dot.cost)
     series = {name: [dot for dot in by_cost if dot.series == name] for name in colors}
@@ -105,40 +101,35 @@ def _unanswered(which: Panel, summary: Summary) -> list[Row]:
     return [row for row in summary.unanswered if row.error_kind == which.kind]
 
 
-def _axes(which: Panel, kind: Kind, across: Scale, up: Scale) -> str:
+def _axes(which: Panel, kind: Kind, across: Logarithmic, up: Logarithmic) -> str:
     middle = (_ROOM.left + _ROOM.right) / 2
     unit = "" if kind.unit == "1" else f", {kind.unit}"
-    title = html.escape(which.title or f"error of the {which.kind.replace('_', ' ')}")
-    parts = [
-        f'<text class="t" x="14" y="20">{title}{html.escape(unit)}</text>',
-        f'<text class="m" x="{middle:.1f}" y="{_ROOM.bottom + 36:.1f}">{html.escape(which.axis.name)}</text>',
-    ]
-    for mark in across.marks:
-        x = across.place(mark)
-        parts.append(f'<path class="g" d="M{x:.1f} {_ROOM.top:g}V{_ROOM.bottom:g}"/>')
-        parts.append(f'<text class="m" x="{x:.1f}" y="{_ROOM.bottom + 16:.1f}">{mark:g}</text>')
-    for mark in up.marks:
-        y = up.place(mark)
-        parts.append(f'<path class="g" d="M{_ROOM.left:g} {y:.1f}H{_ROOM.right:g}"/>')
-        parts.append(f'<text class="e" x="{_ROOM.left - 6:.1f}" y="{y + 4:.1f}">{mark:g}</text>')
-    return "".join(parts)
+    title = which.title or f"error of the {which.kind.replace('_', ' ')}"
+    below = [(across.place(mark), f"{mark:g}") for mark in across.marks]
+    beside = [(up.place(mark), f"{mark:g}") for mark in up.marks]
+    return (
+        f'<text class="t" x="14" y="20">{html.escape(title + unit)}</text>'
+        + words(middle, _ROOM.bottom + 36, which.axis.name, "m")
+        + columns(below, _ROOM.top, _ROOM.bottom, _ROOM.bottom + 16, "m")
+        + rows(beside, _ROOM.left, _ROOM.right, "e")
+    )
 
 
-def _floors(frame: _Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[Box]]:
+def _floors(frame: Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str, list[LabelBox]]:
     """Return the dashed lines with their names, and the room that these take."""
     parts, taken = [], []
-    for value, style, words in lines:
+    for value, style, name in lines:
         y = frame.y(value)
         parts.append(f'<path class="{style}" d="M{_ROOM.left:g} {y:.1f}H{_ROOM.right:g}"/>')
-        parts.append(f'<text class="l e" x="{_ROOM.right - 2:.1f}" y="{y - 4:.1f}">{html.escape(words)}</text>')
+        parts.append(words(_ROOM.right - 2, y - 4, name, "l e"))
         taken += [
-            Box(_ROOM.right - 6.1 * len(words), y - 14, _ROOM.right, y),
-            Box(_ROOM.left, y - 1, _ROOM.right, y + 1),
+            LabelBox(_ROOM.right - 6.1 * len(name), y - 14, _ROOM.right, y),
+            LabelBox(_ROOM.left, y - 1, _ROOM.right, y + 1),
         ]
     return "".join(parts), taken
 
 
-def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
+def _series(frame: Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
     places = [(frame.x(dot.cost), frame.y(dot.errors.median)) for dot in dots]
     steps = sum(any(c.isdigit() for c in dot.summary.setting.variant) for dot in dots)
     line = f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" stroke="{color}" opacity="0.45"/>'
@@ -153,12 +144,12 @@ def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
 
 
 def _labels(
-    frame: _Frame,
+    frame: Frame,
     peers: frozenset[str],
     colors: Mapping[str, str],
     dots: Sequence[_Dot],
     failed: Sequence[tuple[Summary, float]],
-    taken: Sequence[Box],
+    taken: Sequence[LabelBox],
 ) -> str:
     labels, boxes = [], [*taken]
     for dot in dots:
@@ -168,11 +159,11 @@ def _labels(
         words = str(setting) if alone else setting.variant or dot.series
         words = f"default: {words}" if dot.summary.default else words
         labels.append(Label(x, y, words, colors[dot.series], dot.summary.default))
-        boxes += [Box(x - 6, y - 6, x + 6, y + 6), Box(x - 4, end, x + 4, y)]
+        boxes += [LabelBox(x - 6, y - 6, x + 6, y + 6), LabelBox(x - 4, end, x + 4, y)]
     for summary, cost in failed:
         x, count = frame.x(cost), len({(r.case, r.seed) for r in summary.unanswered})
         setting = summary.setting
         words = f"{setting.variant or setting.series}: {count} of {count + summary.answered}"
         labels.append(Label(x, _FAILED, words, colors[summary.setting.series]))
-        boxes.append(Box(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
-    return placed(labels, boxes, Box(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))
+        boxes.append(LabelBox(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
+    return placed(labels, boxes, LabelBox(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))

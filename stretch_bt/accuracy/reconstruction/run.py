@@ -15,16 +15,17 @@ from stretch_bt.perception.cells import cells_of
 from stretch_bt.perception.clouds.ply import points_of
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.result import RunResult
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import run
 from stretch_bt.simulation.above import distances, upper_surface
 from stretch_bt.simulation.scene import Scene, load_scene
 
-__all__ = ["Found", "Unfinished", "grid", "reconstructed"]
+__all__ = ["ReconstructionOutcome", "Unfinished", "grid", "reconstructed"]
 
 
 @dataclass(frozen=True)
-class Found:
+class ReconstructionOutcome:
     """The outcome of a run: shares, m, s; `errors` of the graded dimensions in mm, with their deviations."""
 
     coverage: float
@@ -55,7 +56,7 @@ class Unfinished:
         return self.reason
 
 
-def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | Unfinished:
+def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> ReconstructionOutcome | Unfinished:
     """Return the outcome of a run against the scene's truth, or why there is none."""
     began = time.process_time()
     known: Scene = load_scene(scene)
@@ -70,6 +71,11 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
                 f"{result.status}: {result.reason[:150]}", result.task_seconds, time.process_time() - began
             )
         points = points_of((record / "cloud.ply").read_bytes())
+    return _graded(known, result, points, forces, began)
+
+
+def _graded(known: Scene, result: RunResult, points: Any, forces: _Forces, began: float) -> ReconstructionOutcome:
+    """Return the errors of a run that ended well, with its cloud (n, 3), m; `began` is the CPU time, s, at its begin."""
     off, above = distances(known.object, points), upper_surface(known.object)
     cells, there = _cells(points[:, :2]), _cells(above.places)
     lies, felt = (np.array([c in wanted for c in of]) for of, wanted in ((cells, set(there)), (there, set(cells))))
@@ -80,7 +86,7 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         return float(above.areas[over < most].sum() / above.areas.sum())
 
     out = {name: value["value"] for name, value in result.outputs.items()}
-    return Found(
+    return ReconstructionOutcome(
         coverage=float(above.areas[felt].sum() / above.areas.sum()),
         stated=out["coverage"],
         rms=_rms(off, points),

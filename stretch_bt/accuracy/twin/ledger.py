@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from stretch_bt.accuracy.twin.outcome import Outcome, outcome, with_effects
+from stretch_bt.accuracy.twin.outcome import TaskFigures, outcome, with_effects
 
 __all__ = ["Ledger", "Runs"]
 
@@ -19,7 +19,7 @@ Key = tuple[str, str, tuple[str, ...], int]
 class Runs:
     """The outcomes of a scene with one set of effects, by seed."""
 
-    def __init__(self, outcomes: Sequence[Outcome]) -> None:
+    def __init__(self, outcomes: Sequence[TaskFigures]) -> None:
         self.outcomes = outcomes
 
     @property
@@ -57,10 +57,10 @@ class Ledger:
 
     def __init__(self, path: Path | None, workers: int = 2) -> None:
         self.path, self.workers = path, workers
-        self.known: dict[Key, Outcome] = {}
+        self.known: dict[Key, TaskFigures] = {}
         for line in path.read_text("utf-8").splitlines() if path is not None and path.exists() else ():
             found = json.loads(line)
-            self.known[found["scene"], found["text"], tuple(found["on"]), found["seed"]] = Outcome(
+            self.known[found["scene"], found["text"], tuple(found["on"]), found["seed"]] = TaskFigures(
                 found["values"], found["cpu_seconds"], found["reason"]
             )
 
@@ -80,7 +80,7 @@ class Ledger:
             self._write(key, found)
         return [Runs([self.known[scene, text, on, seed] for seed in numbers]) for on in wanted]
 
-    def _work_out(self, keys: Sequence[Key], every: Sequence[str]) -> Iterator[tuple[Key, Outcome]]:
+    def _work_out(self, keys: Sequence[Key], every: Sequence[str]) -> Iterator[tuple[Key, TaskFigures]]:
         texts = [with_effects(key[0], {e: "on" if e in key[2] else "off" for e in every}) for key in keys]
         if len(keys) < 2 or self.workers < 2:
             yield from ((key, outcome(text, key[3])) for key, text in zip(keys, texts, strict=True))
@@ -88,7 +88,7 @@ class Ledger:
         with ProcessPoolExecutor(self.workers) as pool:
             yield from zip(keys, pool.map(outcome, texts, [key[3] for key in keys]), strict=True)
 
-    def _write(self, key: Key, found: Outcome) -> None:
+    def _write(self, key: Key, found: TaskFigures) -> None:
         if self.path is None:
             return
         scene, text, on, seed = key

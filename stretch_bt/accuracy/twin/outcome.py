@@ -16,11 +16,11 @@ from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.runtime.task import run
 from stretch_bt.simulation.scene import Scene, parse_scene
 
-__all__ = ["Outcome", "outcome", "with_effects"]
+__all__ = ["TaskFigures", "outcome", "with_effects"]
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TaskFigures:
     """Results of the observables in the scene's tolerance, SI; empty and with a reason where the task failed. CPU time, s."""
 
     values: Mapping[str, float]
@@ -36,7 +36,7 @@ def with_effects(name: str, choices: Mapping[str, str]) -> str:
     return f"{told}\neffects: {{{listed}}}\n"
 
 
-def outcome(text: str, seed: int) -> Outcome:
+def outcome(text: str, seed: int) -> TaskFigures:
     """Return the outcome of the task of a scene, given as text: palpation of a balloon, rolling of dough, else one press."""
     scene = parse_scene(text)
     task = {"balloon": _palpate, "dough": _roll}.get(scene.object.type, _press)
@@ -44,11 +44,11 @@ def outcome(text: str, seed: int) -> Outcome:
     try:
         values = task(scene, text, seed)
     except NoAnswer as failure:
-        return Outcome({}, time.process_time() - began, failure.reason)
+        return TaskFigures({}, time.process_time() - began, failure.reason)
     except DeviceFault as fault:  # without an effect the hand may go past what its cell allows
-        return Outcome({}, time.process_time() - began, str(fault))
+        return TaskFigures({}, time.process_time() - began, str(fault))
     wanted = {name: values[name] for name in scene.tolerance.named() if math.isfinite(values.get(name, math.nan))}
-    return Outcome(wanted, time.process_time() - began)
+    return TaskFigures(wanted, time.process_time() - began)
 
 
 def _palpate(scene: Scene, text: str, seed: int) -> dict[str, float]:

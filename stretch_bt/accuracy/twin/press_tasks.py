@@ -29,7 +29,7 @@ from stretch_bt.simulation.world import World
 __all__ = [
     "OBJECTS",
     "REFERENCE",
-    "Press",
+    "PressFigures",
     "apart",
     "drawn",
     "possible",
@@ -49,7 +49,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-class Press(NamedTuple):
+class PressFigures(NamedTuple):
     """Force, N; height of the membrane over the middle and its length at four fifths of the depth, m; CPU time, s."""
 
     force: float
@@ -128,7 +128,7 @@ def scene_with(text: str, on: Collection[str]) -> Scene:
     return parse_scene(with_effects(text, on))
 
 
-def pressed(scene: Scene, **how: Any) -> Press:
+def pressed(scene: Scene, **how: Any) -> PressFigures:
     """Return the results of a press of a scene's conditions, straight down on its middle; `how` goes to the world. Raises NoEquilibrium."""
     began, use = time.process_time(), scene.conditions
     world, place = World(scene, **how), scene.object.position
@@ -140,7 +140,7 @@ def pressed(scene: Scene, **how: Any) -> Press:
     return seen(math.hypot(*contact.force), skin.points, use.depth - contact.drop, spent)
 
 
-def solved(scene: Scene, settings: Settings) -> Press:
+def solved(scene: Scene, settings: Settings) -> PressFigures:
     """Return the same of a rigid body by one solve of the sheet alone, without the presses beside it that the world draws its curve by."""
     began, use, world = time.process_time(), scene.conditions, World(scene)
     assert isinstance(world.fidelity, SheetFidelity)
@@ -153,11 +153,11 @@ def solved(scene: Scene, settings: Settings) -> Press:
     return seen(float(found.force[2]), found.points_outside(POINTS, POINTS), use.depth, spent)
 
 
-def seen(force: float, grid: npt.NDArray[np.float64], depth: float, spent: float) -> Press:
+def seen(force: float, grid: npt.NDArray[np.float64], depth: float, spent: float) -> PressFigures:
     """Return a press by the points (rows, columns, 3), m, of its membrane over an object that stands so deep in it, m."""
     points = grid.reshape(-1, 3)
     top = float(points[np.hypot(points[:, 0], points[:, 1]) < TOP, 2].mean())
-    return Press(force, top, _length(grid, HIGH * depth), spent)
+    return PressFigures(force, top, _length(grid, HIGH * depth), spent)
 
 
 def _length(grid: npt.NDArray[np.float64], level: float) -> float:
@@ -173,7 +173,7 @@ def _length(grid: npt.NDArray[np.float64], level: float) -> float:
     return float(abs(ends[1] - ends[0]))
 
 
-def apart(one: Press, other: Press) -> dict[str, float]:
+def apart(one: PressFigures, other: PressFigures) -> dict[str, float]:
     """Return how far a press is from another: part of the other's force, m of height and of size."""
     return {"force": one.force / other.force - 1, "height": one.height - other.height, "size": one.size - other.size}
 

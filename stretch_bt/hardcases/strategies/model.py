@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from stretch_bt.model.calibration.characterization import Press
+from stretch_bt.model.calibration.characterization import PressRow
 from stretch_bt.model.calibration.sensitivity import METHODS, Found, Sensed
 
 __all__ = [
@@ -32,7 +32,7 @@ COMPLIANCES, POWERS, STIFFENINGS = st.floats(1e-4, 6e-3), st.floats(0.6, 3.0), s
 _LENGTHS, _NUMBERS = st.floats(0.0, 0.3), st.floats(-1e3, 1e3)
 #: rows of a characterisation
 PRESSES = st.builds(
-    Press,
+    PressRow,
     st.sampled_from(["sphere", "cylinder", "cone"]),
     st.floats(0.001, 1.5),
     _LENGTHS,

@@ -14,7 +14,7 @@ from stretch_bt.hardware.ati.options import AtiOptions
 from stretch_bt.hardware.ati.rdt import status_text
 from stretch_bt.hardware.ati.receiver import Measurement, Receiver
 from stretch_bt.hardware.ati.screen import Screen
-from stretch_bt.hardware.ati.stream import Counters
+from stretch_bt.hardware.ati.stream import RecordCounters
 from stretch_bt.hardware.driver import ForceSensorDriver
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.wrenches import minus
@@ -98,7 +98,7 @@ class AtiForceSensor(ForceSensorDriver):
         recent = self._receiver.recent(newest.time - self.options.zero_over)
         self._zero = self._in_world(self._mean(m for m in recent if not m.record.status))
 
-    def counters(self) -> Counters:
+    def counters(self) -> RecordCounters:
         """Return how many records came, were lost, late, repeated or stale."""
         return self._opened().counters
 

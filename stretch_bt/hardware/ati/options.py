@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.ati.rdt import PORT
 from stretch_bt.hardware.driver import Mistake, Options
-from stretch_bt.units import Angle, Time, Within
+from stretch_bt.units import Angle, Time
+from stretch_bt.within import Within
 
 __all__ = ["AtiOptions"]
 

@@ -17,7 +17,7 @@ from stretch_bt.hardware.ati.delay import Delay
 from stretch_bt.hardware.ati.pace import Pace
 from stretch_bt.hardware.ati.rdt import Ask, Record, request, status_text
 from stretch_bt.hardware.ati.screen import Screen
-from stretch_bt.hardware.ati.stream import Counters, Stream
+from stretch_bt.hardware.ati.stream import RecordCounters, Stream
 
 __all__ = ["Measurement", "Receiver"]
 
@@ -85,7 +85,7 @@ class Receiver:
         self._thread = threading.Thread(target=self._run, name="RDT receiver", daemon=True)
 
     @property
-    def counters(self) -> Counters:
+    def counters(self) -> RecordCounters:
         """What came, and what did not."""
         return self._stream.counters
 

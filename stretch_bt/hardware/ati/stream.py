@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stretch_bt.hardware.ati.rdt import Record
 
-__all__ = ["Counters", "Stream", "ahead"]
+__all__ = ["RecordCounters", "Stream", "ahead"]
 
 _MODULUS = 1 << 32
 _HALF = 1 << 31
@@ -15,7 +15,7 @@ _ANEW = 10
 
 
 @dataclass(slots=True)
-class Counters:
+class RecordCounters:
     """How many records came, and how many did not, or not as they should."""
 
     received: int = 0
@@ -35,7 +35,7 @@ class Stream:
     """
 
     def __init__(self) -> None:
-        self.counters = Counters()
+        self.counters = RecordCounters()
         self.newest: Record | None = None
         self._older = 0
         self._back = False

@@ -16,7 +16,7 @@ from stretch_bt.hardware.ati.rdt import PORT, Ask, Record, parse_request
 from stretch_bt.hardware.emulators.ati_services import COMMANDS, PAGE, serve_commands, serve_page
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, cannot_listen
 
 __all__ = ["AtiStandIn"]
@@ -68,7 +68,7 @@ class AtiStandIn(StandIn):
         "runrate": f"{_RATE:.0f}",
     }
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         chosen = dict(ports or {})
         beside = dict.fromkeys(("commands", "page"), 0) if chosen.get("rdt") == 0 else {}
         super().__init__(host, stage, {**beside, **chosen})  # where the stream has a free port, so have the others

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stretch_bt.hardware.ati.rdt import HEADER
 from stretch_bt.hardware.emulators.tcp_server import received
 
-__all__ = ["COMMANDS", "PAGE", "Sensor", "answer", "serve_commands", "serve_page"]
+__all__ = ["COMMANDS", "PAGE", "AtiSensor", "answer", "serve_commands", "serve_page"]
 
 #: ports of the sensor; its page is on 80, which not every user can open here
 COMMANDS, PAGE = 49151, 49180
@@ -33,7 +33,7 @@ _LEAST, _MOST = -(1 << 15), (1 << 15) - 1
 _LONGEST = 8192
 
 
-class Sensor(Protocol):
+class AtiSensor(Protocol):
     """What is asked."""
 
     #: counts a newton and a newton metre
@@ -57,7 +57,7 @@ class Sensor(Protocol):
         ...
 
 
-def answer(command: bytes, sensor: Sensor) -> bytes | None:
+def answer(command: bytes, sensor: AtiSensor) -> bytes | None:
     """Return the answer to the 20 bytes of a command; none to one that there is not."""
     number, system = _COMMAND.unpack(command)
     if number == _CALIBRATED:
@@ -70,7 +70,7 @@ def answer(command: bytes, sensor: Sensor) -> bytes | None:
     return _FORCES.pack(HEADER, sensor.status() >> 16, *scaled)
 
 
-def serve_commands(connection: socket.socket, sensor: Sensor) -> None:
+def serve_commands(connection: socket.socket, sensor: AtiSensor) -> None:
     """Answer commands until the other side ends the connection, or begins with a letter, as requests of HTTP do and no command."""
     rest, first = b"", True
     for data in received(connection):
@@ -85,7 +85,7 @@ def serve_commands(connection: socket.socket, sensor: Sensor) -> None:
                 connection.sendall(reply)
 
 
-def serve_page(connection: socket.socket, sensor: Sensor) -> None:
+def serve_page(connection: socket.socket, sensor: AtiSensor) -> None:
     """Answer one request for a page."""
     asked = b""
     for data in received(connection):
@@ -96,7 +96,7 @@ def serve_page(connection: socket.socket, sensor: Sensor) -> None:
         connection.sendall(_page(asked.decode("latin-1"), sensor))
 
 
-def _page(asked: str, sensor: Sensor) -> bytes:
+def _page(asked: str, sensor: AtiSensor) -> bytes:
     method, _, rest = asked.partition(" ")
     path = rest.partition(" ")[0].partition("?")[0]
     if method != "GET" or path != "/netftapi2.xml":
@@ -107,7 +107,7 @@ def _page(asked: str, sensor: Sensor) -> bytes:
     return head.encode() + body
 
 
-def _settings(sensor: Sensor) -> dict[str, str]:
+def _settings(sensor: AtiSensor) -> dict[str, str]:
     """Return the elements of the page; counts that are felt now among them."""
     newton, newton_metre = sensor.per_unit
     return {

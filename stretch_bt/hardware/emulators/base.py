@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stretch_bt.hardware.emulators.faults import Fault, Faults
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 __all__ = ["StandIn"]
 
@@ -31,7 +31,7 @@ class StandIn(ABC):
     #: parts of a scene that it needs: "felt" for forces, "seen" for images
     SENSES: ClassVar[tuple[str, ...]] = ()
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         self.host = host
         self.stage = stage
         self.ports = {**self.PORTS, **(ports or {})}

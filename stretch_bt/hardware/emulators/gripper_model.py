@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.stage import Stage as Surroundings
-from stretch_bt.hardware.robotiq.registers import Command, Found, Stage, Status, fault_of
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
+from stretch_bt.hardware.robotiq.registers import ActivationStage, Command, ObjectStatus, Status, fault_of
 
 __all__ = ["GRIPPER_FAULTS", "GripperModel"]
 
@@ -54,16 +54,16 @@ class GripperModel:
         Returns the parameters of an active fault, or None.
     """
 
-    def __init__(self, stage: Surroundings, shown: Callable[[str], dict[str, float] | None]) -> None:
+    def __init__(self, stage: StandInWorld, shown: Callable[[str], dict[str, float] | None]) -> None:
         self._stage, self._shown = stage, shown
         self._random = np.random.default_rng(0)
         self._command = Command(activate=False)
-        self._stage_of = Stage.RESET
+        self._stage_of = ActivationStage.RESET
         self._fault = 0
         self._arrival = -math.inf
         self._goal: float | None = None
         self._pace = _SLOWEST
-        self._met = Found.ARRIVED
+        self._met = ObjectStatus.ARRIVED
         self._plan: list[float] = []
         self._heard = time.monotonic()
         self.writes = 0
@@ -72,7 +72,7 @@ class GripperModel:
     def activated(self) -> None:
         """Stand as after an activation, with the fingers where they are."""
         self._command = Command(activate=True)
-        self._stage_of = Stage.ACTIVE
+        self._stage_of = ActivationStage.ACTIVE
 
     @property
     def command(self) -> Command:
@@ -111,7 +111,7 @@ class GripperModel:
             self._reset()
         elif not before.activate and not command.release:
             self._activate()
-        elif self._stage_of is Stage.ACTIVATING:
+        elif self._stage_of is ActivationStage.ACTIVATING:
             self._fault = 0x05 if command.go else self._fault
         elif self._fault == 0:
             self._obey(command)
@@ -124,7 +124,7 @@ class GripperModel:
             self._fault = int(code["code"])
             self._halt()
             if fault_of(self._fault).reset:
-                self._stage_of = Stage.RESET
+                self._stage_of = ActivationStage.RESET
         elif self._fault == 0x08:
             self._fault = 0
         if self._shown("stall") is not None:
@@ -154,12 +154,12 @@ class GripperModel:
     def _reset(self) -> None:
         self._halt()
         self._command = replace(self._command, go=False)
-        self._stage_of, self._plan = Stage.RESET, []
+        self._stage_of, self._plan = ActivationStage.RESET, []
         if self._fault != 0x08:
             self._fault = 0
 
     def _activate(self) -> None:
-        self._stage_of = Stage.ACTIVATING
+        self._stage_of = ActivationStage.ACTIVATING
         self._plan = [_WIDE, 0.0, _WIDE]
         self._drive(self._plan.pop(0), _ACTIVATING)
 
@@ -167,7 +167,7 @@ class GripperModel:
         if command.release:
             self._fault = 0x0B
             self._drive(_WIDE if command.release_opens else 0.0, _SLOWEST)
-        elif self._stage_of is not Stage.ACTIVE:
+        elif self._stage_of is not ActivationStage.ACTIVE:
             self._fault = 0x07 if command.go else self._fault
         elif command.go:
             self._drive(opening_of(command.position), self._speed())
@@ -180,9 +180,9 @@ class GripperModel:
             self._goal = None
             if self._plan:
                 self._drive(self._plan.pop(0), _ACTIVATING)
-            elif self._stage_of is Stage.ACTIVATING:
-                blocked = self._met is not Found.ARRIVED
-                self._stage_of = Stage.RESET if blocked else Stage.ACTIVE
+            elif self._stage_of is ActivationStage.ACTIVATING:
+                blocked = self._met is not ObjectStatus.ARRIVED
+                self._stage_of = ActivationStage.RESET if blocked else ActivationStage.ACTIVE
                 self._fault = 0x0D if blocked else self._fault
                 if self._command.go and not blocked:
                     self._obey(self._command)
@@ -193,15 +193,15 @@ class GripperModel:
         """Send the fingers to an opening, m, or to the object that is in the way."""
         here = self._stage.opening()
         goal = min(max(goal, opening_of(_CLOSED)), opening_of(_OPEN))
-        self._met = Found.ARRIVED
+        self._met = ObjectStatus.ARRIVED
         thing = self._shown("object")
         reached = goal
         if thing is not None:
             width = thing["opening"]
             if goal < width - _TOUCH <= here:
-                reached, self._met = width, Found.WHILE_CLOSING
+                reached, self._met = width, ObjectStatus.WHILE_CLOSING
             elif here <= width + _TOUCH < goal:
-                reached, self._met = width, Found.WHILE_OPENING
+                reached, self._met = width, ObjectStatus.WHILE_OPENING
         self._goal, self._pace = goal, speed
         self._arrival = self._stage.move_fingers(reached, speed)
         if self._shown("stall") is not None:
@@ -221,8 +221,8 @@ class GripperModel:
             int(self._random.integers(256)) if wild is not None and self._random.random() < wild["part"] else position
         )
 
-    def _found(self) -> Found:
-        return Found.MOVING if self._moving() else self._met
+    def _found(self) -> ObjectStatus:
+        return ObjectStatus.MOVING if self._moving() else self._met
 
     def _speed(self) -> float:
         return _SLOWEST + self._command.speed / 255 * (_FASTEST - _SLOWEST)

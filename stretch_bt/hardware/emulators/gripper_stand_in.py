@@ -8,7 +8,7 @@ from typing import Any
 
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.gripper_model import GripperModel
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
 
 __all__ = ["GripperStandIn"]
@@ -17,7 +17,7 @@ __all__ = ["GripperStandIn"]
 class GripperStandIn(StandIn):
     """A gripper behind TCP ports, which faults reach."""
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self.model = GripperModel(stage, self.faults.shown)
         #: lock of the model

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 
-__all__ = ["LINE_FAULTS", "Line"]
+__all__ = ["LINE_FAULTS", "FaultyLine"]
 
 A = TypeVar("A")
 
@@ -25,7 +25,7 @@ LINE_FAULTS: dict[str, Fault] = {
 }
 
 
-class Line:
+class FaultyLine:
     """Passes answers on, as the active faults let it; one for each connection."""
 
     def __init__(self, faults: Faults, send: Callable[[bytes], None]) -> None:

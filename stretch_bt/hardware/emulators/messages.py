@@ -17,23 +17,23 @@ __all__ = [
     "Describe",
     "Described",
     "Done",
-    "Felt",
+    "FeltForce",
     "Fingers",
     "HandAt",
     "Inject",
+    "LatestFrame",
     "Noise",
     "Ready",
-    "Refused",
     "Renew",
-    "Seen",
     "Serve",
     "Serving",
     "Solve",
+    "TwinRefused",
 ]
 
 
 @dataclass(frozen=True, slots=True)
-class Refused(Message):
+class TwinRefused(Message):
     """From either process: why it does not do what it was asked."""
 
     reason: str
@@ -91,7 +91,7 @@ class Described(Message):
     state: dict[str, Any]
 
 
-STAND_IN = Codec(Refused, Serve, Serving, Inject, Clear, Describe, Done, Described)
+STAND_IN = Codec(TwinRefused, Serve, Serving, Inject, Clear, Describe, Done, Described)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Renew(Message):
     """To there: put a new object, as it was at first, in the place of the present one."""
 
 
-TWIN = Codec(Refused, Solve, Ready, Renew, Done)
+TWIN = Codec(TwinRefused, Solve, Ready, Renew, Done)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +140,7 @@ class Brake(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class Felt(Message):
+class FeltForce(Message):
     """From the twin to a stand-in: the force on the hand, N, world axes, as each kind of device feels it without its noise."""
 
     forces: dict[str, list[float]]
@@ -154,11 +154,11 @@ class Noise(Message):
 
 
 @dataclass(frozen=True, slots=True)
-class Seen(Message):
+class LatestFrame(Message):
     """From the twin to a stand-in: up to which frame there are pictures, and the number of the latest one."""
 
     frame: int
     picture: int
 
 
-SCENE = Codec(HandAt, Fingers, Brake, Felt, Noise, Seen)
+SCENE = Codec(HandAt, Fingers, Brake, FeltForce, Noise, LatestFrame)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Framing", "Refused", "Request", "RtuFraming", "TcpFraming", "answer", "crc16"]
+__all__ = ["Framing", "ModbusRefused", "Request", "RtuFraming", "TcpFraming", "answer", "crc16"]
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 _MOST = 260
@@ -19,7 +19,7 @@ _SHORTEST, _KNOWN_BY = 4, 8
 _SIZE_AT = {15: 6, 16: 6, 23: 10}
 
 
-class Refused(Exception):
+class ModbusRefused(Exception):
     """A request that is answered by a Modbus exception; `code` is the code of the exception."""
 
     def __init__(self, code: int) -> None:
@@ -54,9 +54,9 @@ def answer(pdu: bytes, registers: Registers) -> bytes:
     function = pdu[0] if pdu else 0
     try:
         if function not in _FUNCTIONS:
-            raise Refused(ILLEGAL_FUNCTION)
+            raise ModbusRefused(ILLEGAL_FUNCTION)
         return bytes([function]) + _FUNCTIONS[function](pdu, registers)
-    except Refused as refused:
+    except ModbusRefused as refused:
         return bytes([function | 0x80, refused.code])
 
 
@@ -101,20 +101,20 @@ def _block(data: bytes, most: int) -> tuple[int, list[int]]:
     start, count = _words(data[:4], 2)
     _check_count(count, most)
     if data[4:5] != bytes([2 * count]):
-        raise Refused(ILLEGAL_VALUE)
+        raise ModbusRefused(ILLEGAL_VALUE)
     return start, list(_words(data[5:], count))
 
 
 def _words(data: bytes, count: int) -> tuple[int, ...]:
     """Return that many words of 16 bits; raises Refused where there are more or fewer."""
     if len(data) != 2 * count:
-        raise Refused(ILLEGAL_VALUE)
+        raise ModbusRefused(ILLEGAL_VALUE)
     return struct.unpack(f">{count}H", data)
 
 
 def _check_count(count: int, most: int) -> None:
     if not 1 <= count <= most:
-        raise Refused(ILLEGAL_VALUE)
+        raise ModbusRefused(ILLEGAL_VALUE)
 
 
 def _counted(values: list[int]) -> bytes:

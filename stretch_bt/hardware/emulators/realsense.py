@@ -16,9 +16,9 @@ import numpy.typing as npt
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
-from stretch_bt.hardware.realsense.wire import PORT, Described, Picture
+from stretch_bt.hardware.realsense.wire import PORT, CameraDescription, SentFrame
 
 __all__ = ["RealsenseStandIn"]
 
@@ -67,7 +67,7 @@ class RealsenseStandIn(StandIn):
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
     SENSES: ClassVar[tuple[str, ...]] = ("seen",)
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._random = np.random.default_rng(stage.seed)
         self._view = stage.camera(_RATE)
@@ -79,8 +79,8 @@ class RealsenseStandIn(StandIn):
         self._number = self._sent = 0
         self._shift = 0.0
         self._before: Counts | None = None
-        self._last: Picture | None = None
-        self._kept: Picture | None = None
+        self._last: SentFrame | None = None
+        self._kept: SentFrame | None = None
         self._seen: DepthFrame | None = None
 
     def start(self) -> dict[str, str]:
@@ -159,11 +159,11 @@ class RealsenseStandIn(StandIn):
             with suppress(TimeoutError):
                 rest = rest[connection.send(rest) :]
 
-    def _described(self) -> Described:
+    def _described(self) -> CameraDescription:
         frame = self._seen
         lens, unit = (_PLANE, _UNIT) if frame is None else (frame.intrinsics, frame.unit)
         other = self.faults.shown("exchange") is not None
-        return Described(
+        return CameraDescription(
             serial="stand-in" if not other else "another",
             width=lens.width,
             height=lens.height,
@@ -212,7 +212,7 @@ class RealsenseStandIn(StandIn):
                     waiting.popleft()
             self._due.notify_all()
 
-    def _faulty(self, image: Counts) -> Picture:
+    def _faulty(self, image: Counts) -> SentFrame:
         """Return a frame with what the faults make of it."""
         if self.faults.take("dark") is not None:
             image = np.zeros_like(image)
@@ -224,7 +224,7 @@ class RealsenseStandIn(StandIn):
             return last
         stands = last is not None and self.faults.take("clock") is not None
         time_ = last.time if last is not None and stands else self._time() + self._shift
-        self._last = Picture(self._number, time_, image.astype("<u2").tobytes())
+        self._last = SentFrame(self._number, time_, image.astype("<u2").tobytes())
         return self._last
 
     def _old(self, image: Counts, before: Counts) -> Counts:
@@ -238,7 +238,7 @@ class RealsenseStandIn(StandIn):
             image[row:] = before[row:]
         return image
 
-    def _in_order(self, picture: Picture) -> Iterator[Picture]:
+    def _in_order(self, picture: SentFrame) -> Iterator[SentFrame]:
         """Yield the frames that go out for one, which is none for a lost one, or two for one that was kept back."""
         loss, swap = self.faults.take("loss"), self.faults.take("reorder")
         if loss is not None and self._random.random() < loss["part"]:

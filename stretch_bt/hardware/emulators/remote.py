@@ -12,7 +12,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.channel import ChannelClosed, OtherSideGone
 from stretch_bt.hardware.child import Child
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.messages import STAND_IN, Clear, Describe, Described, Inject, Refused, Serve
+from stretch_bt.hardware.emulators.messages import STAND_IN, Clear, Describe, Described, Inject, Serve, TwinRefused
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.messages import Codec, Message
 
@@ -55,7 +55,7 @@ class Process:
         except ChannelClosed as error:
             raise self._ended(error) from error
         (answer,) = answers
-        if isinstance(answer, Refused):
+        if isinstance(answer, TwinRefused):
             raise InvalidInput(answer.reason)
         return answer
 

@@ -9,18 +9,18 @@ from typing import ClassVar
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS, GripperModel
 from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
-from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
+from stretch_bt.hardware.emulators.line import LINE_FAULTS, FaultyLine
 from stretch_bt.hardware.emulators.modbus import (
     ILLEGAL_ADDRESS,
     Framing,
-    Refused,
+    ModbusRefused,
     Request,
     RtuFraming,
     TcpFraming,
     answer,
 )
 from stretch_bt.hardware.emulators.serial_line import SerialLine
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, unless_web
 from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Command
 
@@ -45,12 +45,12 @@ class _Registers:
             return _part(self._model.read().encode(), start - READ_FROM, count)
         if function != _READ_INPUTS and _within(WRITE_TO, start, count):
             return _part(self._model.command.encode(), start - WRITE_TO, count)
-        raise Refused(ILLEGAL_ADDRESS)
+        raise ModbusRefused(ILLEGAL_ADDRESS)
 
     def write(self, start: int, values: list[int]) -> None:
         """Give the gripper a command; the registers that are not written stay as they are."""
         if not _within(WRITE_TO, start, len(values)):
-            raise Refused(ILLEGAL_ADDRESS)
+            raise ModbusRefused(ILLEGAL_ADDRESS)
         told, first = self._model.command.encode(), start - WRITE_TO
         told[first : first + len(values)] = values
         self._model.write(Command.decode(told))
@@ -76,7 +76,7 @@ class RobotiqStandIn(GripperStandIn):
         **GRIPPER_FAULTS,
     }
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._registers = _Registers(self.model)
         self._line: SerialLine | None = None
@@ -106,11 +106,11 @@ class RobotiqStandIn(GripperStandIn):
             self._line = None
 
     def _serve(self, connection: socket.socket, framing: Framing) -> None:
-        line = Line(self.faults, connection.sendall)
+        line = FaultyLine(self.faults, connection.sendall)
         for data in unless_web(connection):
             self._take(data, framing, line)
 
-    def _take(self, data: bytes, framing: Framing, line: Line) -> None:
+    def _take(self, data: bytes, framing: Framing, line: FaultyLine) -> None:
         for request in framing.requests(data):
             if request.unit == _UNIT:  # else on a bus another device is meant
                 line.answer(self._reply(request))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.channel import Channel, ChannelClosed
-from stretch_bt.hardware.emulators.messages import Brake, Felt, Fingers, HandAt, Noise, Seen
+from stretch_bt.hardware.emulators.messages import Brake, FeltForce, Fingers, HandAt, LatestFrame, Noise
 from stretch_bt.hardware.emulators.setting import Setting
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.messages import Message
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["SceneStage"]
 
 
-class SceneStage(Stage):
+class SceneStage(StandInWorld):
     """Reports to the twin where hand and fingers go, and keeps its latest messages; no call waits until it has solved something.
 
     Parameters
@@ -94,11 +94,11 @@ class SceneStage(Stage):
 
     def _take(self, message: Message) -> None:
         match message:
-            case Felt(forces):
+            case FeltForce(forces):
                 self._felt = {kind: Wrench((x, y, z)) for kind, (x, y, z) in forces.items()}
             case Noise(sds):
                 self._noise = sds
-            case Seen(frame, picture):
+            case LatestFrame(frame, picture):
                 with self._news:
                     self._seen = (frame, picture)
                     self._news.notify_all()

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from stretch_bt.hardware.emulators.faults import Faults
-from stretch_bt.hardware.emulators.line import Line
+from stretch_bt.hardware.emulators.line import FaultyLine
 
 __all__ = ["SerialLine"]
 
@@ -19,7 +19,7 @@ __all__ = ["SerialLine"]
 class SerialLine:
     """Calls `take(data, line)` for what the client sends; while the fault `drop` is shown, the line is dead."""
 
-    def __init__(self, take: Callable[[bytes, Line], None], faults: Faults) -> None:
+    def __init__(self, take: Callable[[bytes, FaultyLine], None], faults: Faults) -> None:
         self._take, self._faults = take, faults
         self._ours, self._theirs = pty.openpty()
         tty.setraw(self._ours)
@@ -38,7 +38,7 @@ class SerialLine:
             os.close(end)
 
     def _run(self) -> None:
-        line = Line(self._faults, self._send)
+        line = FaultyLine(self._faults, self._send)
         while self._wake not in select.select([self._ours, self._wake], [], [])[0]:
             with suppress(OSError):
                 data = os.read(self._ours, 4096)

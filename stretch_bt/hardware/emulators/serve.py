@@ -18,7 +18,7 @@ from stretch_bt.hardware.emulators.pictures import picture_memory
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.remote import Process, RemoteStandIn
 from stretch_bt.hardware.emulators.setting import Setting
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 
 __all__ = ["Served", "Servers", "free_ports", "serving", "serving_elsewhere"]
 
@@ -62,7 +62,7 @@ class Servers:
 @contextmanager
 def serving(
     names: Sequence[str],
-    stage: Stage,
+    stage: StandInWorld,
     *,
     host: str = "127.0.0.1",
     control: int | None = None,

@@ -18,13 +18,13 @@ from stretch_bt.hardware.emulators.messages import (
     Described,
     Done,
     Inject,
-    Refused,
     Serve,
     Serving,
+    TwinRefused,
 )
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.scene_stage import SceneStage
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.messages import End, Message
 from stretch_bt.hardware.priority import raise_priority
 
@@ -53,7 +53,7 @@ def serve(began: Channel, pictures: int, twin: int) -> None:
 
 def begun(first: Serve, pictures: int, twin: int) -> StandIn:
     """Return a stand-in that is not started."""
-    stage: Stage = Stage(seed=first.seed)
+    stage: StandInWorld = StandInWorld(seed=first.seed)
     if first.setting is not None:
         stage = SceneStage(first.setting, Channel(socket.socket(fileno=twin), SCENE), pictures)
     made = stand_in_class(first.name)(first.host, stage, first.ports)
@@ -75,7 +75,7 @@ def answer(made: StandIn, message: Message) -> Message:
             case End():
                 raise ChannelClosed("asked to end")
     except InvalidInput as error:
-        return Refused(str(error))
+        return TwinRefused(str(error))
     return Done()
 
 
@@ -86,7 +86,7 @@ def main(control: int, pictures: int = -1, twin: int = -1) -> None:
         serve(began, pictures, twin)
     except (StretchError, OSError) as error:
         if not isinstance(error, ChannelClosed):
-            began.send(Refused(str(error)))
+            began.send(TwinRefused(str(error)))
     sys.stderr.flush()
     os._exit(0)
 

@@ -26,19 +26,19 @@ from stretch_bt.hardware.emulators.messages import (
     TWIN,
     Brake,
     Done,
-    Felt,
+    FeltForce,
     Fingers,
     HandAt,
+    LatestFrame,
     Noise,
     Ready,
-    Refused,
     Renew,
-    Seen,
     Solve,
+    TwinRefused,
 )
 from stretch_bt.hardware.emulators.pictures import Pictures
 from stretch_bt.hardware.emulators.setting import Setting
-from stretch_bt.hardware.emulators.stage import begin_fingers, brake_fingers
+from stretch_bt.hardware.emulators.stand_in_world import begin_fingers, brake_fingers
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.messages import Message
@@ -72,7 +72,7 @@ _WITHIN = 0.03
 _COARSE, _FINE, _TOUCHES = 1e-3, 1e-4, 13
 
 
-class Link:
+class StandInLink:
     """The way to one stand-in: its reports of hand or fingers go into the twin; it is sent what it senses."""
 
     def __init__(self, channel: Channel, senses: list[str]) -> None:
@@ -97,7 +97,7 @@ class Solver:
         Descriptor of the memory that the camera reads.
     """
 
-    def __init__(self, setting: Setting, links: list[Link], pictures: int) -> None:
+    def __init__(self, setting: Setting, links: list[StandInLink], pictures: int) -> None:
         scene, geometry = load_scene(setting.scene), HandGeometry()
         self._setting, self._links = setting, links
         exact = {"force", "stiffness"} & scene.tolerance.named().keys()
@@ -146,11 +146,11 @@ class Solver:
                 self._solve(number)
             self._frame = number
         self._budget -= time.thread_time() - began
-        self._say("seen", Seen(self._frame, self._picture))
+        self._say("seen", LatestFrame(self._frame, self._picture))
 
     def _renew(self) -> Message:
         if self._touches:
-            return Refused("the hand touches the object; raise it first")
+            return TwinRefused("the hand touches the object; raise it first")
         self.twin.exchange(self.twin.scene.object)
         self._solved = self._place = None
         return Done()
@@ -180,7 +180,7 @@ class Solver:
         twin, at = self.twin, number / RATE
         self._solved = twin.hand.at(at), twin.stretch(at), at
         self._touches = twin.contact(at).place is not None
-        self._say("felt", Felt({kind: list(twin.wrench(kind, at).force) for kind in _FEELING}))
+        self._say("felt", FeltForce({kind: list(twin.wrench(kind, at).force) for kind in _FEELING}))
         self._picture = self._pictures.put(self._sensor.clean(twin.shot(at, number)))
 
     def _rehearse(self, at: float) -> None:
@@ -213,7 +213,7 @@ class Solver:
                 link.send(message)
 
 
-def listen(twin: Twin, links: list[Link]) -> None:
+def listen(twin: Twin, links: list[StandInLink]) -> None:
     """Take the stand-ins' reports of hand and fingers, until no stand-in is left."""
     left, error = {link.channel: link for link in links}, HeightError(twin)
     while left:
@@ -263,13 +263,13 @@ def main(control: int, pictures: int, *wires: int) -> NoReturn:
     (first,) = began.first()
     assert isinstance(first, Solve)
     links = [
-        Link(Channel(socket.socket(fileno=wire), SCENE), senses)
+        StandInLink(Channel(socket.socket(fileno=wire), SCENE), senses)
         for wire, senses in zip(wires, first.senses, strict=True)
     ]
     try:
         solver = Solver(first.setting, links, pictures)
     except StretchError as error:
-        began.send(Refused(str(error)))
+        began.send(TwinRefused(str(error)))
         sys.exit(1)
     began.send(Ready())
     threading.Thread(target=listen, args=(solver.twin, links), daemon=True).start()

@@ -14,8 +14,8 @@ from typing import ClassVar
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
-from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.line import LINE_FAULTS, FaultyLine
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, batches
 from stretch_bt.hardware.robotiq.registers import Command, Status
 
@@ -64,7 +64,7 @@ class UrcapStandIn(GripperStandIn):
         **GRIPPER_FAULTS,
     }
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._last = Command(activate=False)
         self._shown: Status | None = None
@@ -77,7 +77,7 @@ class UrcapStandIn(GripperStandIn):
         return {"urcap": f"{server.address[0]}:{server.address[1]}"}
 
     def _serve(self, connection: socket.socket) -> None:
-        line = Line(self.faults, connection.sendall)
+        line = FaultyLine(self.faults, connection.sendall)
         self._shown = None
         for asked in batches(connection, _LONGEST):
             line.answer("".join(self._reply(text.decode("ascii", "replace")) for text in asked).encode())

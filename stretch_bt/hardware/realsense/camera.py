@@ -14,11 +14,11 @@ from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.messages import Message
 from stretch_bt.hardware.realsense.inbox import CameraState, Inbox
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 from stretch_bt.hardware.realsense.look import look
 from stretch_bt.hardware.realsense.messages import CODEC, Next
 from stretch_bt.hardware.realsense.options import RealsenseOptions
-from stretch_bt.hardware.supervisor import Deadlines, Program, Supervisor
+from stretch_bt.hardware.supervisor import Deadlines, ProcessProgram, Supervisor
 
 __all__ = ["RealsenseCamera"]
 
@@ -69,7 +69,7 @@ class RealsenseCamera(DepthCameraDriver):
             plane_distance=o.plane_distance,
             now=lambda: (self.cell.now(), time.monotonic()),
         )
-        program = Program(_MODULE, CODEC, [o.settings(self.cell.root)], [inbox.descriptor])
+        program = ProcessProgram(_MODULE, CODEC, [o.settings(self.cell.root)], [inbox.descriptor])
         supervisor = Supervisor(self.name, program, _DEADLINES, take=self._take, after=inbox.close)
         self._inbox, self._supervisor, self._over = inbox, supervisor, False
         try:
@@ -99,7 +99,7 @@ class RealsenseCamera(DepthCameraDriver):
         """
         return self._checked().latest
 
-    def counters(self) -> Counters:
+    def counters(self) -> FrameCounters:
         """Return how many frames came, and how many did not, or not as they should, since the camera was opened."""
         supervisor, state = self._opened()
         supervisor.check_connected()

@@ -12,7 +12,7 @@ import numpy as np
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.messages import Message
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 from stretch_bt.hardware.realsense.messages import CameraStatus, Lens, Taken
 
 __all__ = ["CameraState", "Inbox"]
@@ -29,7 +29,7 @@ class CameraState:
     silent: float
     bad: str | None
     ended: bool
-    counters: Counters
+    counters: FrameCounters
 
 
 class Inbox:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Counters", "Judge", "Shot"]
+__all__ = ["FrameCounters", "Judge", "TimedFrame"]
 
 Counts = npt.NDArray[np.uint16]
 
@@ -22,7 +22,7 @@ _YOUNG = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class TimedFrame:
     """A frame: its number, the device's time of it, s, this machine's monotonic time when it came, s, and (h, w) counts.
 
     `exposed` is the monotonic time at which it would have come had it been as quick as the quickest.
@@ -36,7 +36,7 @@ class Shot:
 
 
 @dataclass(slots=True)
-class Counters:
+class FrameCounters:
     """How many frames came, and how many did not, or not as they should."""
 
     received: int = 0
@@ -63,13 +63,13 @@ class Judge:
     """
 
     def __init__(self, lost_after: float, noisy: bool, began: float) -> None:
-        self.counters = Counters()
+        self.counters = FrameCounters()
         #: the mistake in the newest frame, and an event that somebody has to know, once
         self.bad: str | None = None
         self.event: str | None = None
         self._lost_after, self._noisy = lost_after, noisy
         self._good = began
-        self._newest: Shot | None = None
+        self._newest: TimedFrame | None = None
         self._seen: Counts | None = None
         self._older = 0
         self._floor: tuple[float, float] | None = None
@@ -85,7 +85,7 @@ class Judge:
         """Take back some time until now, s, in which this machine did not look."""
         self._good = min(self._good + seconds, now)
 
-    def take(self, shot: Shot) -> Shot | None:
+    def take(self, shot: TimedFrame) -> TimedFrame | None:
         """Return a frame that is new and whole, with the time of its exposure; None for another."""
         self.counters.received += 1
         self.bad = self._out_of_order(shot) or self._incomplete(shot.image)
@@ -101,7 +101,7 @@ class Judge:
     def _note(self, event: str) -> None:
         self.event = self.event or event
 
-    def _out_of_order(self, shot: Shot) -> str | None:
+    def _out_of_order(self, shot: TimedFrame) -> str | None:
         last = self._newest
         if last is None:
             self._newest = shot
@@ -143,7 +143,7 @@ class Judge:
             return "its images are torn"
         return None
 
-    def _lag(self, shot: Shot, opened: float) -> float:
+    def _lag(self, shot: TimedFrame, opened: float) -> float:
         """Return how much longer a frame was on its way than the quickest, the first having come at `opened`, s; the camera's clock may drift."""
         way = shot.arrived - shot.time
         if self._floor is None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stretch_bt.hardware.messages import Codec, Message
-from stretch_bt.hardware.realsense.judge import Counters
+from stretch_bt.hardware.realsense.judge import FrameCounters
 
-__all__ = ["CODEC", "CameraStatus", "Lens", "Next", "Settings", "Taken"]
+__all__ = ["CODEC", "CameraSettings", "CameraStatus", "Lens", "Next", "Taken"]
 
 
 @dataclass(frozen=True, slots=True)
-class Settings(Message):
+class CameraSettings(Message):
     """To the process, first: where the frames come from (one of `serial`, `file` and `host`), and what it goes by."""
 
     serial: str | None
@@ -60,7 +60,7 @@ class CameraStatus(Message):
     event: str | None
     #: whether a recording is over
     ended: bool
-    counters: Counters
+    counters: FrameCounters
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,4 +68,4 @@ class Next(Message):
     """To the process: the frame was copied, the next one may be handed over."""
 
 
-CODEC = Codec(Settings, Lens, CameraStatus, Next)
+CODEC = Codec(CameraSettings, Lens, CameraStatus, Next)

@@ -12,9 +12,10 @@ from pydantic import Field, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.driver import Mistake, Options, missing_file
-from stretch_bt.hardware.realsense.messages import Settings
+from stretch_bt.hardware.realsense.messages import CameraSettings
 from stretch_bt.hardware.realsense.wire import PORT
-from stretch_bt.units import KINDS, Length, Time, Within
+from stretch_bt.units import KINDS, Length, Time
+from stretch_bt.within import Within
 
 __all__ = ["RealsenseOptions"]
 
@@ -67,10 +68,10 @@ class RealsenseOptions(Options):
             raise InvalidInput("a recording is not recorded again; leave out 'record' or 'file'")
         return self
 
-    def settings(self, root: Path) -> Settings:
+    def settings(self, root: Path) -> CameraSettings:
         """Return what the process of the camera goes by."""
         paths = {k: v and str(root.absolute() / v) for k, v in (("file", self.file), ("record", self.record))}
-        return Settings(**{f.name: getattr(self, f.name) for f in fields(Settings)} | paths)
+        return CameraSettings(**{f.name: getattr(self, f.name) for f in fields(CameraSettings)} | paths)
 
     @property
     def place(self) -> str:

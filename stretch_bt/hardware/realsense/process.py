@@ -18,8 +18,8 @@ import numpy as np
 from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.keeper import keep
 from stretch_bt.hardware.messages import End, Message
-from stretch_bt.hardware.realsense.judge import Judge, Shot
-from stretch_bt.hardware.realsense.messages import CODEC, CameraStatus, Lens, Next, Settings, Taken
+from stretch_bt.hardware.realsense.judge import Judge, TimedFrame
+from stretch_bt.hardware.realsense.messages import CODEC, CameraSettings, CameraStatus, Lens, Next, Taken
 from stretch_bt.hardware.realsense.sources import open_source
 
 __all__ = ["CameraKeeper"]
@@ -41,18 +41,18 @@ class CameraKeeper:
     channel
         Channel to the driver.
     first
-        Messages that came already, the first of them `Settings`.
+        Messages that came already, the first of them `CameraSettings`.
     """
 
     def __init__(self, memory: mmap.mmap, channel: Channel, first: list[Message]) -> None:
         settings = first[0]
-        assert isinstance(settings, Settings)
+        assert isinstance(settings, CameraSettings)
         self._channel, self._memory = channel, memory
         self._begun = time.monotonic()
         self._source = open_source(settings)
         self._source.start()
         self._judge = Judge(settings.lost_after, settings.noisy, time.monotonic())
-        self._newest: Shot | None = None
+        self._newest: TimedFrame | None = None
         self._wanted, self._first, self._ended = True, True, False
 
     def run(self) -> None:

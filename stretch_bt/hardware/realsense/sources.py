@@ -17,10 +17,10 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Intrinsics
-from stretch_bt.hardware.realsense.judge import Shot
+from stretch_bt.hardware.realsense.judge import TimedFrame
 from stretch_bt.hardware.realsense.library import library
-from stretch_bt.hardware.realsense.messages import Settings
-from stretch_bt.hardware.realsense.wire import Described, Packets, Picture
+from stretch_bt.hardware.realsense.messages import CameraSettings
+from stretch_bt.hardware.realsense.wire import CameraDescription, Packets, SentFrame
 
 __all__ = ["Source", "open_source"]
 
@@ -34,7 +34,7 @@ _THROUGH = 0.2
 class Source:
     """The depth sensor of a device, and the syncer that collects its frames."""
 
-    def __init__(self, device: Any, settings: Settings) -> None:
+    def __init__(self, device: Any, settings: CameraSettings) -> None:
         self._rs = library()
         self._device = device if settings.record is None else self._recorded(device, Path(settings.record))
         self._sensor, self._profile = self._stream(settings)
@@ -57,7 +57,7 @@ class Source:
         self._sensor.open(self._profile)
         self._sensor.start(self._syncer)
 
-    def shots(self, within: float) -> Iterator[Shot]:
+    def shots(self, within: float) -> Iterator[TimedFrame]:
         """Yield the frames that come within a time, s, which ends also while more come than are taken."""
         end = time.monotonic() + within
         while True:
@@ -77,10 +77,10 @@ class Source:
             delattr(self, name)
         gc.collect()
 
-    def _shot(self, frames: Any) -> Shot:
+    def _shot(self, frames: Any) -> TimedFrame:
         frame = frames.get_depth_frame()
         image = np.array(np.asanyarray(frame.get_data()), dtype=np.uint16)
-        return Shot(int(frame.get_frame_number()), 1e-3 * frame.get_timestamp(), time.monotonic(), image)
+        return TimedFrame(int(frame.get_frame_number()), 1e-3 * frame.get_timestamp(), time.monotonic(), image)
 
     def _recorded(self, device: Any, folder: Path) -> Any:
         """Return the device with a recorder around it; the name that its file must have depends on the version."""
@@ -96,7 +96,7 @@ class Source:
                 raise
             return self._rs.recorder(f"{stem}.db3", device)
 
-    def _stream(self, settings: Settings) -> tuple[Any, Any]:
+    def _stream(self, settings: CameraSettings) -> tuple[Any, Any]:
         """Return the sensor that has the depth stream that is asked for, and its profile."""
         found = []
         for sensor in self._device.query_sensors():
@@ -116,7 +116,7 @@ class Source:
 class _Played(Source):
     """A recording, at its own pace."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: CameraSettings) -> None:
         rs = library()
         self._statuses: list[Any] = []
         super().__init__(rs.context().load_device(settings.file), settings)
@@ -132,7 +132,7 @@ class _Played(Source):
 class _Fed(Source):
     """The software device, fed with what a stand-in sends."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: CameraSettings) -> None:
         library()  # before frames come, which would wait meanwhile and be taken for quick ones
         address = (settings.host, settings.port)
         try:
@@ -150,12 +150,12 @@ class _Fed(Source):
         """How many packets had a wrong checksum."""
         return self._packets.broken
 
-    def shots(self, within: float) -> Iterator[Shot]:
+    def shots(self, within: float) -> Iterator[TimedFrame]:
         """Yield the frames that have come, waiting for one for a time, s."""
         if not select.select([self._wire], [], [], within)[0]:
             return
         for packet in self._packets.feed(_received(self._wire)):
-            if isinstance(packet, Picture):
+            if isinstance(packet, SentFrame):
                 self._feed(packet)
                 came, frames = self._syncer.try_wait_for_frames(int(1e3 * _THROUGH))
                 if not came:
@@ -168,20 +168,20 @@ class _Fed(Source):
         del self._inlet, self._inlet_profile
         super().stop()
 
-    def _hello(self) -> Described:
+    def _hello(self) -> CameraDescription:
         end = time.monotonic() + _CONNECTING
         while time.monotonic() < end:
             try:
                 packets = list(self._packets.feed(_received(self._wire)))
             except TimeoutError:
                 continue
-            if packets and isinstance(packets[0], Described):
+            if packets and isinstance(packets[0], CameraDescription):
                 return packets[0]
             if packets:
                 break
         raise OSError("what answers does not describe itself as a camera")
 
-    def _feed(self, picture: Picture) -> None:
+    def _feed(self, picture: SentFrame) -> None:
         told, rs = self._told, self._rs
         if len(picture.pixels) != 2 * told.width * told.height:
             raise InvalidInput(f"a frame of {len(picture.pixels)} bytes is none of {told.width} x {told.height}")
@@ -202,7 +202,7 @@ def _received(wire: socket.socket) -> bytes:
     return data
 
 
-def _software_device(told: Described) -> tuple[Any, Any, Any]:
+def _software_device(told: CameraDescription) -> tuple[Any, Any, Any]:
     """Return a device, its sensor, and the profile of its stream."""
     rs = library()
     lens = rs.intrinsics()
@@ -246,7 +246,7 @@ def _intrinsics(rs: Any, profile: Any) -> Intrinsics:
     return Intrinsics(lens.fx, lens.fy, lens.ppx, lens.ppy, lens.width, lens.height, (k1, k2, p1, p2, k3))
 
 
-def open_source(settings: Settings) -> Source:
+def open_source(settings: CameraSettings) -> Source:
     """Return what the settings name, not yet started; raises OSError, InvalidInput or RuntimeError where it cannot be had."""
     if settings.file is not None:
         return _Played(settings)

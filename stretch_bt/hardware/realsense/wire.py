@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["PORT", "Described", "Packets", "Picture"]
+__all__ = ["PORT", "CameraDescription", "Packets", "SentFrame"]
 
 PORT = 29960
 _MAGIC = b"SBD1"
@@ -30,7 +30,7 @@ _Side = Annotated[int, Field(ge=1, le=4096)]
 _Focal = Annotated[FiniteFloat, Field(gt=0, le=1e5)]
 
 
-class Described(BaseModel):
+class CameraDescription(BaseModel):
     """What the camera reports of itself: `unit` in m, `rate` in Hz, the pinhole in pixels, inverse Brown-Conrady coefficients."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -52,7 +52,7 @@ class Described(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class SentFrame:
     """A frame: its number, its time, s, and its pixels as they are sent."""
 
     number: int
@@ -71,7 +71,7 @@ class Packets:
         self.broken = 0
         self._rest = bytearray()
 
-    def feed(self, data: bytes) -> Iterator[Described | Picture]:
+    def feed(self, data: bytes) -> Iterator[CameraDescription | SentFrame]:
         """Yield the packets that are complete now; raises InvalidInput for what is none, after which nothing more can be read."""
         self._rest += data
         while (packet := self._cut()) is not None:
@@ -100,10 +100,10 @@ def _packet(kind: int, body: bytes) -> bytes:
     return _HEADER.pack(_MAGIC, kind, len(body), zlib.crc32(body)) + body
 
 
-def _decode(kind: int, body: bytes) -> Described | Picture:
+def _decode(kind: int, body: bytes) -> CameraDescription | SentFrame:
     if kind == _DESCRIBED:
         try:
-            return Described.model_validate_json(body)
+            return CameraDescription.model_validate_json(body)
         except ValidationError as error:
             raise InvalidInput(f"no description of a camera: {error.errors()[0]['msg']}") from error
     if len(body) < _FRAME.size:
@@ -111,4 +111,4 @@ def _decode(kind: int, body: bytes) -> Described | Picture:
     number, time = _FRAME.unpack_from(body)
     if not abs(time) < 1e12:  # nor NaN
         raise InvalidInput(f"a frame of the time {time} s")
-    return Picture(number, time, body[_FRAME.size :])
+    return SentFrame(number, time, body[_FRAME.size :])

@@ -20,7 +20,8 @@ from stretch_bt.hardware.replay.frames import FrameArray, FrameFolder, Frames, p
 from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
 from stretch_bt.hardware.replay.tape import Tape
 from stretch_bt.source.arrays import unread_array
-from stretch_bt.units import Frequency, Length, Within
+from stretch_bt.units import Frequency, Length
+from stretch_bt.within import Within
 
 __all__ = ["ReplayCamera"]
 

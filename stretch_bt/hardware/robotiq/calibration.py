@@ -9,7 +9,9 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, Length, Within, format_apart, format_quantity
+from stretch_bt.quantity_text import format_apart, format_quantity
+from stretch_bt.units import KINDS, Length
+from stretch_bt.within import Within
 
 __all__ = ["GripperCalibration"]
 

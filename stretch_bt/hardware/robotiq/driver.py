@@ -10,9 +10,9 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInpu
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
-from stretch_bt.hardware.robotiq.registers import PASSING, Stage, Status
+from stretch_bt.hardware.robotiq.registers import PASSING, ActivationStage, Status
 from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
-from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
+from stretch_bt.hardware.robotiq.tasks import Activation, GripperTask, Journey, Target, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
 from stretch_bt.hardware.wire_thread import Sample, WireThread
 
@@ -32,7 +32,7 @@ class RobotiqDriver(GripperDriver, ABC):
 
     options: RobotiqOptions
     _attendant: WireThread[ScreenedWire, Status] | None = None
-    _task: Task | None = None
+    _task: GripperTask | None = None
     #: whether the fingers may be on their way, and no hold of them was confirmed since
     _owed = False
     #: whether it moved the fingers since it was opened; who never did holds nothing that somebody else moves
@@ -184,19 +184,19 @@ class RobotiqDriver(GripperDriver, ABC):
         if fault is not None and status.fault not in PASSING:
             raise fault
         if not status.ready:
-            state = "is being activated" if status.stage is Stage.ACTIVATING else "is not activated"
+            state = "is being activated" if status.stage is ActivationStage.ACTIVATING else "is not activated"
             reason = (
                 f"it {state}; take the membrane off, keep clear of the fingers, which travel all their way, "
                 "and run: stretch-bt activate CELL"
             )
             raise NotReady(self.name, reason)
 
-    def _begin(self, make: Callable[[GripperWire], Task]) -> Poll:
+    def _begin(self, make: Callable[[GripperWire], GripperTask]) -> Poll:
         attendant = self._open()
         attendant.check_connected()
         due = time.monotonic() + attendant.deadline
 
-        def begin(wire: GripperWire) -> Task:
+        def begin(wire: GripperWire) -> GripperTask:
             task = make(wire)
             if time.monotonic() > due:  # its caller has given up
                 raise DeviceLost(self.name, "the command came too late to be begun")
@@ -264,7 +264,7 @@ def _hold(wire: ScreenedWire, activating: bool) -> None:
     An activation of our own is broken off whatever the gripper says: it may not say yet that it has begun.
     """
     status = wire.bare.read()
-    if activating or status.stage is Stage.ACTIVATING:
+    if activating or status.stage is ActivationStage.ACTIVATING:
         wire.reset()
     elif status.ready:
         wire.hold(status)

@@ -15,7 +15,7 @@ from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.robotiq.modbus_wire import ModbusWire, serial_client, tcp_client
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.wire import GripperWire
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.robotiq.modbus_wire import Client

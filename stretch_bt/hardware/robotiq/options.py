@@ -10,7 +10,8 @@ from pydantic import Field
 
 from stretch_bt.hardware.driver import Mistake, Options
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
-from stretch_bt.units import KINDS, Length, Speed, Time, Within
+from stretch_bt.units import KINDS, Length, Speed, Time
+from stretch_bt.within import Within
 
 __all__ = ["RobotiqOptions"]
 

@@ -13,12 +13,23 @@ from typing import NamedTuple
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["FAULTS", "PASSING", "READ_FROM", "WRITE_TO", "Command", "Fault", "Found", "Stage", "Status", "fault_of"]
+__all__ = [
+    "FAULTS",
+    "PASSING",
+    "READ_FROM",
+    "WRITE_TO",
+    "ActivationStage",
+    "Command",
+    "FaultCode",
+    "ObjectStatus",
+    "Status",
+    "fault_of",
+]
 
 WRITE_TO, READ_FROM, COUNT = 0x03E8, 0x07D0, 3
 
 
-class Stage(IntEnum):
+class ActivationStage(IntEnum):
     """How far activation is (gSTA)."""
 
     RESET = 0
@@ -27,7 +38,7 @@ class Stage(IntEnum):
     ACTIVE = 3
 
 
-class Found(IntEnum):
+class ObjectStatus(IntEnum):
     """What the fingers met (gOBJ); holds only when gGTO is set and the echo is the position that was asked for."""
 
     MOVING = 0
@@ -36,7 +47,7 @@ class Found(IntEnum):
     ARRIVED = 3
 
 
-class Fault(NamedTuple):
+class FaultCode(NamedTuple):
     """What a fault code (gFLT) means, what to do, and whether only a reset with a new activation clears it."""
 
     means: str
@@ -45,19 +56,19 @@ class Fault(NamedTuple):
 
 
 _ACTIVATE = "reset and activate it with: stretch-bt activate CELL"
-FAULTS: dict[int, Fault] = {
-    0x05: Fault("a motion was asked for before the activation was over", "wait for the activation to end", False),
-    0x07: Fault("a motion was asked for without activation", "activate the gripper", False),
-    0x08: Fault("it is too hot, 85 °C or more", "let it cool down, then start a new run", False),
-    0x09: Fault(
+FAULTS: dict[int, FaultCode] = {
+    0x05: FaultCode("a motion was asked for before the activation was over", "wait for the activation to end", False),
+    0x07: FaultCode("a motion was asked for without activation", "activate the gripper", False),
+    0x08: FaultCode("it is too hot, 85 °C or more", "let it cool down, then start a new run", False),
+    0x09: FaultCode(
         "it heard nothing for a second or more", "check cable and load of the bus, then start a new run", False
     ),
-    0x0A: Fault("its supply voltage is too low", f"check the 24 V supply, then {_ACTIVATE}", True),
-    0x0B: Fault("an automatic release is under way", f"wait until the fingers stand, then {_ACTIVATE}", True),
-    0x0C: Fault("an internal fault", f"{_ACTIVATE}; if it comes again, the gripper needs service", True),
-    0x0D: Fault("the activation failed", f"take away what is in the way of the fingers, then {_ACTIVATE}", True),
-    0x0E: Fault("too much current", f"take the load off the fingers, then {_ACTIVATE}", True),
-    0x0F: Fault("an automatic release was made", f"find out who asked for it, then {_ACTIVATE}", True),
+    0x0A: FaultCode("its supply voltage is too low", f"check the 24 V supply, then {_ACTIVATE}", True),
+    0x0B: FaultCode("an automatic release is under way", f"wait until the fingers stand, then {_ACTIVATE}", True),
+    0x0C: FaultCode("an internal fault", f"{_ACTIVATE}; if it comes again, the gripper needs service", True),
+    0x0D: FaultCode("the activation failed", f"take away what is in the way of the fingers, then {_ACTIVATE}", True),
+    0x0E: FaultCode("too much current", f"take the load off the fingers, then {_ACTIVATE}", True),
+    0x0F: FaultCode("an automatic release was made", f"find out who asked for it, then {_ACTIVATE}", True),
 }
 
 
@@ -65,9 +76,9 @@ FAULTS: dict[int, Fault] = {
 PASSING = (0x05, 0x07, 0x09)
 
 
-def fault_of(code: int) -> Fault:
+def fault_of(code: int) -> FaultCode:
     """Return what a fault code means; one that the manual does not list needs a reset too."""
-    return FAULTS.get(code, Fault("a fault that the manual does not list", _ACTIVATE, True))
+    return FAULTS.get(code, FaultCode("a fault that the manual does not list", _ACTIVATE, True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +87,8 @@ class Status:
 
     activated: bool
     going: bool
-    stage: Stage
-    found: Found
+    stage: ActivationStage
+    found: ObjectStatus
     fault: int
     echo: int
     position: int
@@ -95,8 +106,8 @@ class Status:
         return cls(
             activated=bool(action & 1),
             going=bool(action >> 3 & 1),
-            stage=Stage(action >> 4 & 3),
-            found=Found(action >> 6),
+            stage=ActivationStage(action >> 4 & 3),
+            found=ObjectStatus(action >> 6),
             fault=fault >> 8 & 0x0F,  # the high half of the byte belongs to an optional controller
             echo=fault & 0xFF,
             position=place >> 8,
@@ -111,7 +122,7 @@ class Status:
     @property
     def ready(self) -> bool:
         """Whether it takes motions."""
-        return self.activated and self.stage is Stage.ACTIVE
+        return self.activated and self.stage is ActivationStage.ACTIVE
 
 
 @dataclass(frozen=True, slots=True)

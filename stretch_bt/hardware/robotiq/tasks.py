@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
-from stretch_bt.hardware.robotiq.registers import PASSING, Found, Stage, Status, fault_of
+from stretch_bt.hardware.robotiq.registers import PASSING, ActivationStage, ObjectStatus, Status, fault_of
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
-__all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
+__all__ = ["Activation", "GripperTask", "Journey", "fault_in", "lost_activation"]
 
 #: how long the fingers may stand still, s, while they are commanded to move
 PATIENCE = 0.8
@@ -36,7 +36,7 @@ def lost_activation(device: str) -> DeviceFault:
     return DeviceFault(device, reason)
 
 
-class Task(ABC):
+class GripperTask(ABC):
     """What was asked for; `after` is called in the thread that has the wire, with each new status."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ class Target:
     led: bool
 
 
-class Journey(Task):
+class Journey(GripperTask):
     """Fingers on their way to an opening.
 
     The gripper's word that it arrived is not enough: the membrane pulls the fingers shut, so the measured position decides. Where the
@@ -106,7 +106,7 @@ class Journey(Task):
             return
         if status.position != self._position:
             self._position, self._progress = status.position, max(now, self._progress)
-        if heard and status.found is not Found.MOVING:
+        if heard and status.found is not ObjectStatus.MOVING:
             self._arrived(status)
         if self._target.led and self._sent is not None and abs(status.position - self._sent) <= 1:
             self._progress = now  # they wait for the next count
@@ -128,7 +128,7 @@ class Journey(Task):
 
     def _arrived(self, status: Status) -> None:
         near = abs(self._opening(status.position) - self._target.opening) <= self._tolerance
-        met = status.found in (Found.WHILE_OPENING, Found.WHILE_CLOSING)
+        met = status.found in (ObjectStatus.WHILE_OPENING, ObjectStatus.WHILE_CLOSING)
         if self._sent == self._target.count:
             self.state = MotionState.DONE if near else MotionState.BLOCKED
         elif met:
@@ -156,7 +156,7 @@ class Journey(Task):
         self._sent = count
 
 
-class Activation(Task):
+class Activation(GripperTask):
     """A reset, then the activation, in which the fingers travel all their way."""
 
     def __init__(self, device: str, now: float) -> None:
@@ -172,7 +172,7 @@ class Activation(Task):
     def after(self, wire: GripperWire, status: Status, now: float) -> None:
         """Go on to the activation once the reset is confirmed."""
         if not self._activated:
-            if status.stage is Stage.RESET and not status.activated:
+            if status.stage is ActivationStage.RESET and not status.activated:
                 wire.activate()
                 self._activated = True
         elif status.fault:

@@ -11,7 +11,7 @@ from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire
 from stretch_bt.hardware.robotiq.wire import GripperWire
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = ["RobotiqUrcapGripper"]
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
-from stretch_bt.hardware.robotiq.registers import Found, Stage, Status
+from stretch_bt.hardware.robotiq.registers import ActivationStage, ObjectStatus, Status
 from stretch_bt.hardware.wire_thread import WireClosed, WireError
 
 __all__ = ["UrcapWire", "parse_value"]
@@ -81,8 +81,8 @@ class UrcapWire:
         return Status(
             activated=bool(value["ACT"]),
             going=bool(value["GTO"]),
-            stage=Stage(value["STA"]),
-            found=Found(value["OBJ"]),
+            stage=ActivationStage(value["STA"]),
+            found=ObjectStatus(value["OBJ"]),
             fault=value["FLT"] & 0x0F,
             echo=value["PRE"],
             position=value["POS"],

@@ -14,7 +14,8 @@ from stretch_bt.hardware.motion.path import PosePath
 from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.simulated.placed import Placed
 from stretch_bt.hardware.simulated.samples import sample, sample_wrench
-from stretch_bt.units import KINDS, Length, Within
+from stretch_bt.units import KINDS, Length
+from stretch_bt.within import Within
 
 __all__ = ["SimulatedArm"]
 

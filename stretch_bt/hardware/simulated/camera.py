@@ -10,7 +10,8 @@ from pydantic import Field
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.driver import DepthCameraDriver, Options
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.units import Frequency, Within
+from stretch_bt.units import Frequency
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.camera.sensor import Sensor

@@ -11,7 +11,8 @@ from stretch_bt.hardware.driver import GripperDriver, Options, Poll
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.simulated.samples import sample
-from stretch_bt.units import KINDS, Length, Within
+from stretch_bt.units import KINDS, Length
+from stretch_bt.within import Within
 
 __all__ = ["SimulatedGripper"]
 

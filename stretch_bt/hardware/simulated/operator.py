@@ -10,7 +10,8 @@ from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.hardware.driver import OperatorDriver, Options, Poll
 from stretch_bt.hardware.indenters import described
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.units import Time, Within
+from stretch_bt.units import Time
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.objects.base import ObjectSpec, Point

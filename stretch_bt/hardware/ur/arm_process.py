@@ -7,21 +7,21 @@ from collections.abc import Callable, Sequence
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.messages import Message
-from stretch_bt.hardware.supervisor import Deadlines, Program, Supervisor
+from stretch_bt.hardware.supervisor import Deadlines, ProcessProgram, Supervisor
 from stretch_bt.hardware.ur.dashboard import end_program
 from stretch_bt.hardware.ur.messages import (
     CODEC,
     ArmState,
     Beat,
+    ControllerSettings,
     Engage,
     Engaged,
     Feel,
-    Felt,
     Follow,
     Guard,
     Guarded,
     Left,
-    Settings,
+    MeanWrench,
     Six,
     Stop,
     Zero,
@@ -58,7 +58,11 @@ class ArmProcess:
     """
 
     def __init__(
-        self, name: str, settings: Settings, now: Callable[[], float], contact_height: Callable[[], float | None]
+        self,
+        name: str,
+        settings: ControllerSettings,
+        now: Callable[[], float],
+        contact_height: Callable[[], float | None],
     ) -> None:
         self._settings, self._now, self._contact_height = settings, now, contact_height
         self._watched = 0.0
@@ -70,7 +74,7 @@ class ArmProcess:
         self._asked, self._unseen = False, ""
         self.supervisor = Supervisor(
             name,
-            Program(_MODULE, CODEC, [settings]),
+            ProcessProgram(_MODULE, CODEC, [settings]),
             Deadlines(_CONNECTING, settings.lost_after + _MORE, _ENDING),
             take=self._take,
             beat=lambda: Beat(self._contact_height(), self._watched),
@@ -97,10 +101,10 @@ class ArmProcess:
         self._beginning = False
         return answer.reason
 
-    def feel(self, over: float) -> Felt:
+    def feel(self, over: float) -> MeanWrench:
         """Return the mean of the controller's wrenches over a time, s; raises DeviceLost."""
         answer = self.supervisor.ask(Feel(self.supervisor.number(), over), over + _FEELING)
-        assert isinstance(answer, Felt)
+        assert isinstance(answer, MeanWrench)
         return answer
 
     def zero(self, wrench: Six) -> None:

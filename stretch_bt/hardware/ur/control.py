@@ -26,18 +26,18 @@ from stretch_bt.hardware.ur.cycle import (
     Servo,
 )
 from stretch_bt.hardware.ur.force_filter import ForceFilter
-from stretch_bt.hardware.ur.guard import Measured, beyond, plausible, safety_stop
+from stretch_bt.hardware.ur.guard import MeasuredState, beyond, plausible, safety_stop
 from stretch_bt.hardware.ur.messages import (
     Alive,
     ArmState,
     Beat,
+    ControllerSettings,
     Engage,
     Feel,
-    Felt,
     Follow,
     Guard,
     Guarded,
-    Settings,
+    MeanWrench,
     Six,
     Stop,
     Stopped,
@@ -65,7 +65,7 @@ class Control:
         What it goes by.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: ControllerSettings) -> None:
         self.settings = settings
         self.mounting = Mounting(settings)
 
@@ -123,7 +123,7 @@ class _Cycle:
             return None if plausible(measured) else "the controller's data are broken"
         return f"nothing new came from the controller for {silent:.2g} s" if silent > self.settings.lost_after else None
 
-    def _measure(self, measured: Measured) -> None:
+    def _measure(self, measured: MeasuredState) -> None:
         """Take what was measured.
 
         The hand is where the controller has it while its tool is known to be the hand. What its tool is before and after the control
@@ -149,14 +149,14 @@ class _Cycle:
         if s.feeling is not None:
             self._feel(s.feeling, measured)
 
-    def _feel(self, feeling: Feeling, measured: Measured) -> None:
+    def _feel(self, feeling: Feeling, measured: MeasuredState) -> None:
         """Take one more sample, and report the mean of all once the time is over."""
         samples = (*feeling.samples, measured.wrench)
         over = measured.time >= feeling.until
         self.state = replace(self.state, feeling=None if over else replace(feeling, samples=samples))
         if over:
             mean = cast(Six, tuple(np.mean(samples, axis=0).tolist()))
-            self._say(Felt(feeling.number, mean, len(samples)))
+            self._say(MeanWrench(feeling.number, mean, len(samples)))
 
     # --- what the driver asks
 
@@ -243,7 +243,7 @@ class _Cycle:
 
     # --- what must hold
 
-    def _look(self, measured: Measured) -> None:
+    def _look(self, measured: MeasuredState) -> None:
         """Check what must hold, and lead the hand on."""
         reason = safety_stop(measured.safety_bits)
         if reason is None and self.state.engaged and not measured.program:
@@ -304,7 +304,7 @@ class _Cycle:
             self.state = replace(self.state, zeroing=None)
             self._say(Zeroed(number))
 
-    def _told(self, measured: Measured) -> ArmState:
+    def _told(self, measured: MeasuredState) -> ArmState:
         s = self.state
         return ArmState(
             time=measured.time,

@@ -8,7 +8,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import Message
 from stretch_bt.hardware.ur.force_filter import ForceFilter
-from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.guard import MeasuredState
 from stretch_bt.hardware.ur.messages import Engaged, Six
 from stretch_bt.hardware.ur.ride import Ride
 from stretch_bt.hardware.ur.standing_force import StandingForce
@@ -36,7 +36,7 @@ class Inputs:
     """What came in since the cycle before."""
 
     #: the data that the controller sent, where they are new
-    measured: Measured | None = None
+    measured: MeasuredState | None = None
     messages: tuple[Message, ...] = ()
     #: whether the arm still brakes
     braking: bool = False
@@ -119,7 +119,7 @@ class ControlState:
     zeroing: int | None = None
     #: number of the latest news, and what they were
     number: int = 0
-    measured: Measured | None = None
+    measured: MeasuredState | None = None
     #: the hand's deviation from nominal kinematics, its place in the base, and its pose in the world
     deviation: Six = _NONE
     hand: Six = _NONE

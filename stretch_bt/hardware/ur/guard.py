@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from stretch_bt.hardware.slack import SLACK, most_measured
 from stretch_bt.hardware.ur.force_filter import HandForce
-from stretch_bt.hardware.ur.messages import Settings, Six
+from stretch_bt.hardware.ur.messages import ControllerSettings, Six
 
-__all__ = ["Measured", "beyond", "plausible", "safety_stop"]
+__all__ = ["MeasuredState", "beyond", "plausible", "safety_stop"]
 
 #: bounds that no controller exceeds: modes, safety bits and joint angles, rad
 _MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
@@ -37,7 +37,7 @@ _SAFETY = (
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class MeasuredState:
     """What a controller sent in one package.
 
     Six joint angles, rad, pose and velocity of the tool and the wrench on it, all in the base, SI.
@@ -59,7 +59,7 @@ def safety_stop(bits: int) -> str | None:
     return next((text for bit, text in _SAFETY if bits >> bit & 1), None)
 
 
-def plausible(measured: Measured) -> bool:
+def plausible(measured: MeasuredState) -> bool:
     """Whether a controller may have sent this: a broken stream is read by the client all the same."""
     return (
         measured.mode in _MODES
@@ -70,7 +70,7 @@ def plausible(measured: Measured) -> bool:
 
 
 def beyond(
-    settings: Settings, place: Sequence[float], speed: float, force: HandForce, contact_height: float | None
+    settings: ControllerSettings, place: Sequence[float], speed: float, force: HandForce, contact_height: float | None
 ) -> str | None:
     """Return which limit of the cell is passed, or None.
 
@@ -106,7 +106,7 @@ def beyond(
     return None
 
 
-def _too_fast(settings: Settings, height: float, speed: float) -> str | None:
+def _too_fast(settings: ControllerSettings, height: float, speed: float) -> str | None:
     """Return that the hand is faster than it may be at its height, m; else None."""
     below, most, where = settings.contact_below, settings.speed, ""
     if below is not None and height < below:

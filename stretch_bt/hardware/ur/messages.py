@@ -12,15 +12,15 @@ __all__ = [
     "Alive",
     "ArmState",
     "Beat",
+    "ControllerSettings",
     "Engage",
     "Engaged",
     "Feel",
-    "Felt",
     "Follow",
     "Guard",
     "Guarded",
     "Left",
-    "Settings",
+    "MeanWrench",
     "Six",
     "Stop",
     "Stopped",
@@ -32,7 +32,7 @@ Six = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Settings(Message):
+class ControllerSettings(Message):
     """To the process, first: everything that it goes by."""
 
     host: str
@@ -102,7 +102,7 @@ class Feel(Request):
 
 
 @dataclass(frozen=True, slots=True)
-class Felt(Answer):
+class MeanWrench(Answer):
     """From the process: the mean of the controller's wrenches, in base axes, and of how many."""
 
     wrench: Six
@@ -187,12 +187,12 @@ class Left(Message):
 
 CODEC = Codec(
     *(
-        Settings,
+        ControllerSettings,
         Beat,
         Engage,
         Engaged,
         Feel,
-        Felt,
+        MeanWrench,
         Zero,
         Zeroed,
         Guard,

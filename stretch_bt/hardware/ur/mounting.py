@@ -8,7 +8,7 @@ from typing import cast
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.transforms import Array, inverse, pose_of, six, transform, transform_of
 from stretch_bt.hardware.ur.kinematics import MODELS
-from stretch_bt.hardware.ur.messages import Settings, Six
+from stretch_bt.hardware.ur.messages import ControllerSettings, Six
 
 __all__ = ["Mounting"]
 
@@ -22,7 +22,7 @@ class Mounting:
         Settings with the model, the base in the world and the hand at the flange.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: ControllerSettings) -> None:
         self._kinematics = MODELS[settings.model]
         self._base, self._into_base = transform(settings.base), inverse(transform(settings.base))
         self._hand = transform(settings.hand)

@@ -17,8 +17,9 @@ from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.peak_force import Stopping
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, sample_limit
-from stretch_bt.hardware.ur.messages import Settings
-from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time, Within
+from stretch_bt.hardware.ur.messages import ControllerSettings
+from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time
+from stretch_bt.within import Within
 
 __all__ = ["Placement", "UrOptions"]
 
@@ -182,11 +183,11 @@ class UrOptions(Options):
         """Return the noise of the controller's force, N s^0.5 an axis."""
         return FORCE_SENSING[self.model].deviation / math.sqrt(self.rate)
 
-    def settings(self, cell: CellContext) -> Settings:
+    def settings(self, cell: CellContext) -> ControllerSettings:
         """Return what the process of the arm goes by."""
         limits, given = cell.limits, self.payload
         named = {name: getattr(self, name) for name in _SHARED}
-        return Settings(
+        return ControllerSettings(
             **named,
             base=(*self.base.pose.position, *self.base.pose.rotation),
             hand=(*self.hand.pose.position, *self.hand.pose.rotation),

@@ -18,8 +18,8 @@ from stretch_bt.hardware.messages import Message
 from stretch_bt.hardware.ur.control import Control
 from stretch_bt.hardware.ur.cycle import Brake, Command, GiveUp, Inputs, Kick, Leave, MakeReady, Say, Servo
 from stretch_bt.hardware.ur.lifelines import Lifelines
-from stretch_bt.hardware.ur.messages import CODEC, Engaged, Left, Settings
-from stretch_bt.hardware.ur.session import Refused, Session
+from stretch_bt.hardware.ur.messages import CODEC, ControllerSettings, Engaged, Left
+from stretch_bt.hardware.ur.session import ArmRefused, Session
 
 __all__ = ["ArmKeeper"]
 
@@ -38,12 +38,12 @@ class ArmKeeper:
     channel
         Channel to the driver.
     first
-        Messages that came already, the first of them `Settings`.
+        Messages that came already, the first of them `ControllerSettings`.
     """
 
     def __init__(self, channel: Channel, first: list[Message]) -> None:
         settings, *self._came = first
-        assert isinstance(settings, Settings)
+        assert isinstance(settings, ControllerSettings)
         self._channel, self._period = channel, 1 / settings.rate
         self._session = Session(settings, Lifelines(RTDE, settings.lost_after))
         self._control = Control(settings)
@@ -120,7 +120,7 @@ class ArmKeeper:
         signal.setitimer(signal.ITIMER_REAL, _ENGAGING)
         try:
             self._session.engage()
-        except Refused as refused:
+        except ArmRefused as refused:
             return str(refused)
         return None
 

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, cast
 from stretch_bt.hardware.motion.path import LEVER
 from stretch_bt.hardware.transforms import inverse, six, transform
 from stretch_bt.hardware.ur.dashboard import ask_dashboard
-from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.guard import MeasuredState
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.lifelines import Lifelines
-from stretch_bt.hardware.ur.messages import Settings, Six
+from stretch_bt.hardware.ur.messages import ControllerSettings, Six
 from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x, major_minor
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface
     from rtde_receive import RTDEReceiveInterface
 
-__all__ = ["Refused", "Session"]
+__all__ = ["ArmRefused", "Session"]
 
 _VARIABLES = [
     "timestamp",
@@ -43,7 +43,7 @@ _SOONER = 1.5
 _UNLIKE = 0.02
 
 
-class Refused(Exception):
+class ArmRefused(Exception):
     """The controller or its state keeps the arm from being moved; the text says what to do."""
 
 
@@ -63,7 +63,7 @@ class Session:
         The controller cannot be reached.
     """
 
-    def __init__(self, settings: Settings, lifelines: Lifelines) -> None:
+    def __init__(self, settings: ControllerSettings, lifelines: Lifelines) -> None:
         from rtde_receive import RTDEReceiveInterface
 
         self._settings, self._lifelines = settings, lifelines
@@ -74,14 +74,14 @@ class Session:
         #: whether a program of ours may have been begun
         self.begun = False
 
-    def measure(self, after: float) -> Measured | None:
+    def measure(self, after: float) -> MeasuredState | None:
         """Return the latest measurement, unless its time is `after`, s of the controller; raises OSError once the connection is lost."""
         receive = self._receive
         if not receive.isConnected():
             raise OSError("the controller closed the connection")
         time = receive.getTimestamp()
         while time != after:
-            measured = Measured(
+            measured = MeasuredState(
                 time,
                 _six(receive.getActualQ()),
                 _six(receive.getActualTCPPose()),
@@ -110,12 +110,12 @@ class Session:
             With why, and what to do.
         """
         if self._receive.isProtectiveStopped():
-            raise Refused(
+            raise ArmRefused(
                 "protective stop: look for its cause, move the hand clear if need be, wait 5 s, and unlock it at the pendant"
             )
         mode = self._receive.getRobotMode()
         if mode != _RUNNING:
-            raise Refused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")
+            raise ArmRefused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")
         self._run_script()
         self._configure()
 
@@ -148,18 +148,18 @@ class Session:
         from rtde_control import RTDEControlInterface
 
         if self.program_runs:
-            raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
+            raise ArmRefused("the controller runs a program, which is not ended for this; stop it at the pendant")
         upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
         flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
         self.begun = True
         try:
             self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
         except Exception as error:  # what it throws depends on the controller: all of it means that it cannot be had
-            raise Refused(f"the controller cannot be had ({error})") from error
+            raise ArmRefused(f"the controller cannot be had ({error})") from error
         self._lifelines.hold("controls")
         self._lifelines.forbid_more()
         if not _until(lambda: self.program_runs, _STARTING):
-            raise Refused("the control script does not run on the controller; look at the pendant")
+            raise ArmRefused("the control script does not run on the controller; look at the pendant")
 
     def _takes_upper(self) -> bool:
         """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but its script the upper ones."""
@@ -172,10 +172,10 @@ class Session:
         if s.payload is not None:
             done = done and control.setPayload(s.payload[0], list(s.payload[1:]))
         if not done:
-            raise Refused("the control script does not take commands; look at the pendant")
+            raise ArmRefused("the control script does not take commands; look at the pendant")
         _until(lambda: self._apart() < _UNLIKE, _SETTLING)
         if self._apart() >= _UNLIKE:
-            raise Refused(
+            raise ArmRefused(
                 f"the tool is {1e3 * self._apart():.0f} mm from where a {s.model} has it at these joint angles; "
                 "`model` or `hand` of the cell file do not fit this robot"
             )

@@ -7,7 +7,7 @@ import math
 from stretch_bt.errors import NotReady
 from stretch_bt.hardware.ur.arm_process import ArmProcess
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING
-from stretch_bt.hardware.ur.messages import Felt
+from stretch_bt.hardware.ur.messages import MeanWrench
 from stretch_bt.hardware.ur.options import UrOptions
 
 __all__ = ["Zeroing"]
@@ -44,7 +44,7 @@ class Zeroing:
             self._check(felt, "it would be taken as zero")
         self._process.zero(felt.wrench)
 
-    def _check(self, felt: Felt, then: str) -> None:
+    def _check(self, felt: MeanWrench, then: str) -> None:
         force, most = math.hypot(*felt.wrench[:3]), self._sensing.explained(felt.count)
         if force > most:
             raise NotReady(

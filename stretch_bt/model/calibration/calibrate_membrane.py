@@ -15,9 +15,10 @@ from stretch_bt.model.calibration.depth_zero import DEPTH_ZERO, DepthZero
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import Range
 from stretch_bt.model.force.membrane import MembraneModel
-from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
+from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, MembraneHand
 from stretch_bt.model.force.membrane_table import read_table
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 
@@ -258,7 +259,7 @@ class _Problem:
         held = [(values[k] - self.prior[name][0]) / self.prior[name][1] for k, name in enumerate(PARAMETERS)]
         return np.concatenate([(told - self.given.force) / self.sd, held, [common / COMMON_SD], offsets / OFFSET_SD])
 
-    def forces(self, hand: Hand, depth: Array) -> Array:
+    def forces(self, hand: MembraneHand, depth: Array) -> Array:
         """Return (n,) float, N."""
         level = hand.logarithms(self.stretches, self.conditioned)[:, self.stretch]
         lines = np.einsum("sd,dsk->sk", self.across, level)
@@ -282,5 +283,5 @@ def _settled(values: Array) -> Array:
     return values
 
 
-def _hand(values: Array) -> Hand:
-    return Hand(math.exp(values[0]), math.exp(values[1]), *(float(v) for v in values[2 : len(PARAMETERS)]))
+def _hand(values: Array) -> MembraneHand:
+    return MembraneHand(math.exp(values[0]), math.exp(values[1]), *(float(v) for v in values[2 : len(PARAMETERS)]))

@@ -24,7 +24,7 @@ __all__ = [
     "COLUMNS",
     "FORMAT",
     "NAME",
-    "Press",
+    "PressRow",
     "Table",
     "as_table",
     "first_lines",
@@ -57,7 +57,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Press(State):
+class PressRow(State):
     """One row, SI: a state, the force on the hand along its axis, the world height of first contact, and when it was measured."""
 
     force: float
@@ -89,11 +89,11 @@ class Table:
     def __len__(self) -> int:
         return int(self.force.size)
 
-    def presses(self) -> Iterator[Press]:
+    def presses(self) -> Iterator[PressRow]:
         """Yield the rows one by one."""
         columns = [getattr(self, field.name).tolist() for field in fields(self)[1:]]
         for row in zip(*columns, strict=True):
-            yield Press(*row)
+            yield PressRow(*row)
 
 
 def first_lines(provenance: Mapping[str, Any]) -> str:
@@ -101,7 +101,7 @@ def first_lines(provenance: Mapping[str, Any]) -> str:
     return _FORM.first_lines(provenance)
 
 
-def table_line(press: Press) -> str:
+def table_line(press: PressRow) -> str:
     """Return the line of a press; numbers carry nine digits."""
     values = (press.force, press.force_sd, press.contact_height * 1e3, press.time)
     if not all(math.isfinite(v) for v in (*values, press.size, press.stretch, press.depth)):
@@ -139,14 +139,14 @@ def parse_table(text: str, name: str = NAME) -> Table:
     return as_table(provenance, rows)
 
 
-def as_table(provenance: Mapping[str, Any], presses: list[Press]) -> Table:
+def as_table(provenance: Mapping[str, Any], presses: list[PressRow]) -> Table:
     """Return presses as a table."""
-    columns = list(zip(*map(astuple, presses), strict=True)) or [() for _ in fields(Press)]
+    columns = list(zip(*map(astuple, presses), strict=True)) or [() for _ in fields(PressRow)]
     kinds = [np.str_, float, float, float, np.int64, float, float, float, float]
     return Table(provenance, *(np.array(c, dtype=kind) for c, kind in zip(columns, kinds, strict=True)))
 
 
-def _press(line: str, name: str, number: int) -> Press:
+def _press(line: str, name: str, number: int) -> PressRow:
     """Return the press of a line, SI."""
     given = line.split(",")
     if len(given) != len(COLUMNS):
@@ -161,7 +161,7 @@ def _press(line: str, name: str, number: int) -> Press:
     if found["trial"] > MOST_TRIALS:
         raise wrong(name, number, f"trial: {found['trial']:g} is above {MOST_TRIALS:g}", _FORM.mend)
     size = math.radians(found["angle_deg"]) if geometry == "cone" else found["diameter_mm"] * 1e-3
-    return Press(
+    return PressRow(
         geometry,
         size,
         found["stretch_mm"] * 1e-3,

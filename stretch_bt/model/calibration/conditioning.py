@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeGuard
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["CONDITIONED", "Conditioning"]
 

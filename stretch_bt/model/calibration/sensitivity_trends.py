@@ -14,7 +14,7 @@ from stretch_bt.model.calibration.protocol import State
 from stretch_bt.model.calibration.sensitivity import Sensed
 from stretch_bt.units import Estimate
 
-__all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "depth_from", "fine_share", "mean_error", "trend"]
+__all__ = ["ALONG", "FINE", "ErrorBin", "Trend", "cells_of", "depth_from", "fine_share", "mean_error", "trend"]
 
 FINE = 1e-3  # m: an error below this is sub-millimetre
 _GRID = {
@@ -26,7 +26,7 @@ ALONG = ("depth", "stretch", "size")
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class ErrorBin:
     """A diameter, stretch and depth, m: mean errors along i and j and their mean absolute error over the presses that were not refused.
 
     The errors are None where all `refused` of the `presses` were.
@@ -62,7 +62,7 @@ class Trend:
     slope: Estimate | float | None
 
 
-def cells_of(presses: Iterable[Sensed], method: str) -> list[Cell]:
+def cells_of(presses: Iterable[Sensed], method: str) -> list[ErrorBin]:
     """Return the map of a method, in the order of diameter, stretch and depth."""
     grouped: dict[tuple[float, ...], list[Sensed]] = defaultdict(list)
     for press in presses:
@@ -96,7 +96,7 @@ def mean_error(presses: Sequence[Sensed], method: str, least_depth: float = 0.0)
     return Estimate(float(np.mean(found)), spread / math.sqrt(len(found)))
 
 
-def fine_share(cells: Sequence[Cell]) -> Estimate:
+def fine_share(cells: Sequence[ErrorBin]) -> Estimate:
     """Return the share of a map that is measured to below a millimetre, with its binomial standard deviation.
 
     Raises
@@ -112,7 +112,7 @@ def fine_share(cells: Sequence[Cell]) -> Estimate:
     return Estimate(share, math.sqrt(drawn * (1 - drawn) / (len(cells) + 4)))
 
 
-def trend(cells: Sequence[Cell], along: str) -> Trend:
+def trend(cells: Sequence[ErrorBin], along: str) -> Trend:
     """Return how the absolute error goes with `depth`, `stretch` or `size` at fixed others.
 
     Raises
@@ -121,7 +121,7 @@ def trend(cells: Sequence[Cell], along: str) -> Trend:
         Nowhere do two places of the map differ in it alone, or by errors that differ.
     """
     others = [name for name in ALONG if name != along]
-    grouped: dict[tuple[float, ...], list[Cell]] = defaultdict(list)
+    grouped: dict[tuple[float, ...], list[ErrorBin]] = defaultdict(list)
     for cell in cells:
         grouped[tuple(getattr(cell, name) for name in others)].append(cell)
     ranks = _told(_rank(group, along) for group in grouped.values())
@@ -131,15 +131,15 @@ def trend(cells: Sequence[Cell], along: str) -> Trend:
     return Trend(along, len(ranks), _mean(ranks), _mean(slopes) if slopes else None)
 
 
-def _cell(place: tuple[float, ...], group: list[Sensed], method: str) -> Cell:
+def _cell(place: tuple[float, ...], group: list[Sensed], method: str) -> ErrorBin:
     told = [errors for press in group if (errors := press.of(method).errors(press.size)) is not None]
     size, stretch, depth = place
     if not told:
-        return Cell(size, stretch, depth, len(group), len(group), None, None, None)
+        return ErrorBin(size, stretch, depth, len(group), len(group), None, None, None)
     # rounded, so that errors that are alike have one rank
     i, j = (round(float(v), 9) for v in np.mean(told, axis=0))
     absolute = round(float(np.mean([_absolute(errors) for errors in told])), 9)
-    return Cell(size, stretch, depth, len(group), len(group) - len(told), i, j, absolute)
+    return ErrorBin(size, stretch, depth, len(group), len(group) - len(told), i, j, absolute)
 
 
 def _rounded(press: State, name: str) -> float:
@@ -155,7 +155,7 @@ def _told(values: Iterable[float | None]) -> list[float]:
     return [value for value in values if value is not None]
 
 
-def _rank(group: list[Cell], along: str) -> float | None:
+def _rank(group: list[ErrorBin], along: str) -> float | None:
     from scipy.stats import rankdata
 
     errors = rankdata([math.inf if cell.absolute is None else cell.absolute for cell in group])
@@ -165,7 +165,7 @@ def _rank(group: list[Cell], along: str) -> float | None:
     return float(np.corrcoef(places, errors)[0, 1])
 
 
-def _slope(group: list[Cell], along: str) -> float | None:
+def _slope(group: list[ErrorBin], along: str) -> float | None:
     known = [(float(getattr(cell, along)), cell.absolute) for cell in group if cell.absolute is not None]
     places, errors = np.array(known, dtype=float).reshape(-1, 2).T
     if len(known) < 2 or np.ptp(places) == 0:

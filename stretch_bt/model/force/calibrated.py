@@ -13,7 +13,9 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_correlation, require_within
 from stretch_bt.model.force.force_model import MOST, ForceModel, Range, require_force
-from stretch_bt.units import KINDS, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState", "to_logarithm"]
 

@@ -12,9 +12,11 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from stretch_bt.arguments import check_numbers, check_path
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_apart
 from stretch_bt.source.bounds import read_bytes
 from stretch_bt.source.strict_json import read_json
-from stretch_bt.units import KINDS, Estimate, format_apart, is_number
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = [
     "FITTED",

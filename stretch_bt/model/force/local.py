@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.force_model import ForceModel
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["LocalForces", "local_forces"]
 
@@ -21,7 +22,7 @@ STEP = 1e-5  # m, over which a slope is taken
 LEAST_DEPTH = 1e-4  # m; shallower readings are expanded about this
 
 
-class Pressed(Protocol):
+class LocalReading(Protocol):
     """A reading: stretch, height of the hand, and height of the top with its sd, m."""
 
     @property
@@ -50,7 +51,7 @@ class LocalForces:
         return force, force * self.power / inside
 
 
-def local_forces(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> LocalForces:
+def local_forces(model: ForceModel, radius: float, readings: Sequence[LocalReading]) -> LocalForces:
     """Return the model's power laws about the readings.
 
     Raises

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -14,19 +13,19 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_numbers
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
+from stretch_bt.model.force.force_grids import ForceGrids, along, moved, slope
 from stretch_bt.model.force.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
-from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
-from stretch_bt.model.force.membrane_table import Axis, read_table
+from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, MembraneHand
+from stretch_bt.model.force.membrane_table import read_table
 from stretch_bt.model.root import rising_root
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
-__all__ = ["PARAMETERS", "Hand", "MembraneModel"]
+__all__ = ["PARAMETERS", "MembraneHand", "MembraneModel"]
 
 Array = npt.NDArray[np.float64]
 
 _LENGTH = KINDS["Length"]
-_STEP = 1e-4
-_EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 _SAME = 1e-6  # m
 _TENSE = 4e-3  # m of stretch, its mounts' included, from which a sheet hangs as a strip does, within 3 %
@@ -42,13 +41,13 @@ _BEYOND_SLACK = 300.0
 class MembraneModel(ForceModel):
     """The force of a hemisphere in the middle of the membrane, from presses of the finite-strain sheet (`MembraneTable`).
 
-    `covariance` (6, 6) has the parameters in the order of `Hand`; `relative_sd` is the residual of the model, as a part of the
+    `covariance` (6, 6) has the parameters in the order of `MembraneHand`; `relative_sd` is the residual of the model, as a part of the
     force, and `conditioned` the stretch, m, up to which the membrane was pressed before. Within `range`, but beyond the `measured`
     range, the deviation grows with the distance from it.
     """
 
     kind: ClassVar[str] = "membrane"
-    hand: Hand
+    hand: MembraneHand
     covariance: tuple[tuple[float, ...], ...]
     relative_sd: float
     range: Range
@@ -84,10 +83,10 @@ class MembraneModel(ForceModel):
             return 0.0, 0.0
         at, down = math.log(depth), self.grids.depth
         level, spread = _curves(self, radius, stretch)
-        force = self._unit * math.exp(_along(down, level, at))
+        force = self._unit * math.exp(along(down, level, at))
         return force, force * math.hypot(
             self.relative_sd,
-            _along(down, spread, at),
+            along(down, spread, at),
             *self._beyond(radius, stretch, depth),
             *self._past_spans(stretch),
         )
@@ -101,17 +100,17 @@ class MembraneModel(ForceModel):
         deepest, wanted, down = self.deepest(radius, stretch), math.log(force / self._unit), self.grids.depth
         level, _ = _curves(self, radius, stretch)
         end = math.log(deepest)
-        most = _along(down, level, end)
+        most = along(down, level, end)
         if wanted > most + 1e-12:
             raise NoEquilibrium(
                 f"{force:.3g} N is not reached at stretch {format_quantity(stretch, _LENGTH)}: at the deepest, "
                 f"{format_quantity(deepest, _LENGTH)}, the force is {self._unit * math.exp(most):.3g} N"
             )
-        slope = _slope(down, level, down.places[0])
-        start = down.places[0] + (wanted - _along(down, level, down.places[0])) / slope
+        rate = slope(down, level, down.places[0])
+        start = down.places[0] + (wanted - along(down, level, down.places[0])) / rate
         if start <= down.places[0]:
             return math.exp(start)
-        return math.exp(rising_root(lambda a: _along(down, level, a) - wanted, down.places[0], end))
+        return math.exp(rising_root(lambda a: along(down, level, a) - wanted, down.places[0], end))
 
     def stretch_for(self, radius: float, depth: float, force: float) -> float:
         """Return the stretch, m, at which the force, N, is this one."""
@@ -157,8 +156,8 @@ class MembraneModel(ForceModel):
         if self.hand.mount_prestretch + stretch < _TENSE:
             return None
         told = self.hand.hang(stretch, self.conditioned)
-        moved = (_moved(self.hand, name) for name in PARAMETERS)
-        slopes = np.array([(hand.hang(stretch, self.conditioned) - told) / step for hand, step in moved])
+        others = (moved(self.hand, name) for name in PARAMETERS)
+        slopes = np.array([(hand.hang(stretch, self.conditioned) - told) / step for hand, step in others])
         own = float(slopes @ np.array(self.covariance) @ slopes)
         return Estimate(told, math.sqrt(max(own, 0.0) + (_HANG_OFF * told) ** 2))
 
@@ -221,7 +220,7 @@ class MembraneModel(ForceModel):
         limits, measured = Range.from_json(fields["range"]), fields.get("measured")
         covariance = tuple(tuple(row) for row in fields["covariance"])
         return cls(
-            Hand(**fields["hand"]),
+            MembraneHand(**fields["hand"]),
             covariance,
             fields["relative_sd"],
             limits,
@@ -245,58 +244,13 @@ class MembraneModel(ForceModel):
         return float(spans[0]) - mount - _SAME, float(spans[-1]) - mount + _SAME
 
     @cached_property
-    def grids(self) -> _Grids:
+    def grids(self) -> ForceGrids:
         """Splines over the hand's own forces."""
-        return _Grids.of(self)
+        return ForceGrids.of(self.hand, self.conditioned, self.range.stretch[1], np.array(self.covariance))
 
     @cached_property
     def _kept(self) -> dict[str, Any]:
         return {}
-
-
-@dataclass(frozen=True)
-class _Grids:
-    """Splines over a hand's own forces: (diameters, stretches, depths) of their logarithm, and of its standard deviation."""
-
-    diameter: Axis
-    stretch: Axis
-    depth: Axis
-    level: Array
-    spread: Array
-
-    @classmethod
-    def of(cls, model: MembraneModel) -> _Grids:
-        diameter, _, depth = read_table().axes
-        stretches = _stretches(model)
-        level = model.hand.logarithms(stretches, model.conditioned)
-        rates = np.array([_rate(model, name, stretches, level) for name in PARAMETERS])
-        variance = np.einsum("aijk,ab,bijk->ijk", rates, np.array(model.covariance), rates)
-        return cls(diameter, Axis(stretches), depth, level, np.sqrt(np.maximum(variance, 0.0)))
-
-
-def _stretches(model: MembraneModel) -> Array:
-    """Return the stretches of the splines, m: close to each other where softening ends."""
-    most = model.range.stretch[1]
-    even = np.linspace(0.0, most, max(round(most / _EVEN), 4) + 1)
-    near = model.conditioned + read_table().pasts
-    far = even[np.min(np.abs(even[:, None] - near), axis=1) > _EVEN / 4]
-    return np.unique(np.concatenate([far, near[(near > 0) & (near < most)], [0.0, most]]).round(9))
-
-
-def _moved(hand: Hand, name: str) -> tuple[Hand, float]:
-    """Return a hand with a little more of one parameter, and how much that is, to take a difference over."""
-    value = getattr(hand, name)
-    step = _STEP * max(value, 0.1)
-    return hand._replace(**{name: value + step}), step
-
-
-def _rate(model: MembraneModel, name: str, stretches: Array, level: Array) -> Array:
-    """Return how the logarithm of the force, N, changes with one parameter."""
-    hand = model.hand
-    moved, step = _moved(hand, name)
-    off = moved.logarithms(stretches, model.conditioned) - level
-    rate: Array = (off + math.log(moved.tension / hand.tension)) / step
-    return rate
 
 
 def _curves(model: MembraneModel, radius: float, stretch: float) -> tuple[list[Any], list[Any]]:
@@ -315,28 +269,6 @@ def _curves(model: MembraneModel, radius: float, stretch: float) -> tuple[list[A
         model._kept["last"] = key, (level, spread)
         return level, spread
     return found[0], found[1]
-
-
-def _along(axis: Axis, pieces: list[Any], at: float) -> float:
-    """Return the value of a curve at the logarithm of a depth; before the first place and past the last it is a straight line."""
-    places = axis.places
-    k = min(max(bisect_right(places, at) - 1, 0), len(places) - 2)
-    if at < places[0] or at > places[-1]:
-        end = 0 if at < places[0] else -1
-        value: float = pieces[-1][end] + _slope(axis, pieces, places[end]) * (at - places[end])
-        return value
-    a, b, c, d = pieces[k]
-    t = at - places[k]
-    found: float = ((a * t + b) * t + c) * t + d
-    return found
-
-
-def _slope(axis: Axis, pieces: list[Any], at: float) -> float:
-    k = min(max(bisect_right(axis.places, at) - 1, 0), len(axis.places) - 2)
-    a, b, c, _ = pieces[k]
-    t = at - axis.places[k]
-    found: float = (3 * a * t + 2 * b) * t + c
-    return found
 
 
 def _rising_from(level: Array, wanted: float) -> int | None:

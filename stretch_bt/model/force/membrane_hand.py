@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.model.force.membrane_table import read_table
 
-__all__ = ["BOUNDS", "PARAMETERS", "Hand"]
+__all__ = ["BOUNDS", "PARAMETERS", "MembraneHand"]
 
 Array = npt.NDArray[np.float64]
 
@@ -18,7 +18,7 @@ _MIDDLE = 0.905  # sag of a sheet 90 mm wide and 100 mm long, over a strip's
 _SOFTENED = 0.5  # part of its stress that the table's softened membrane has lost
 
 
-class Hand(NamedTuple):
+class MembraneHand(NamedTuple):
     """The parameters of a hand that a calibration finds: Pa, m, m, and three numbers without a unit.
 
     `second_invariant` is the share of I2 in Mooney and Rivlin's energy, and `friction` the share of the force which the table's
@@ -67,7 +67,7 @@ class Hand(NamedTuple):
         )
 
 
-PARAMETERS = Hand._fields
+PARAMETERS = MembraneHand._fields
 #: least and most of each parameter of a hand: beyond, it is no such membrane
 BOUNDS: dict[str, tuple[float, float]] = {
     "shear_modulus": (1e3, 1e7),

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Axis", "MembraneTable", "read_table"]
+__all__ = ["MembraneTable", "SplineAxis", "read_table"]
 
 Array = npt.NDArray[np.float64]
 _LEAST = 0.05  # least part of a force that effects leave
 
 
-class Axis:
+class SplineAxis:
     """Cubic splines, not-a-knot, over fixed places; beyond the ends they go on as straight lines."""
 
     def __init__(self, places: Array) -> None:
@@ -99,9 +99,9 @@ class MembraneTable:
     coefficient: float
 
     @cached_property
-    def axes(self) -> tuple[Axis, Axis, Axis]:
+    def axes(self) -> tuple[SplineAxis, SplineAxis, SplineAxis]:
         """Splines over the logarithm of the diameter, the span, and the logarithm of the depth."""
-        return Axis(np.log(self.diameters)), Axis(self.spans), Axis(np.log(self.depths))
+        return SplineAxis(np.log(self.diameters)), SplineAxis(self.spans), SplineAxis(np.log(self.depths))
 
     @cached_property
     def _mooney(self) -> tuple[Array, Array]:
@@ -148,8 +148,8 @@ class MembraneTable:
         return out
 
     @cached_property
-    def _past(self) -> Axis:
-        return Axis(self.pasts)
+    def _past(self) -> SplineAxis:
+        return SplineAxis(self.pasts)
 
     def reach(self, diameter: float, span: float) -> float:
         """Return how deep a press has an equilibrium, m, the less of the places beside it."""

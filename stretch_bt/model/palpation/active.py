@@ -12,7 +12,7 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_each, check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.model.force.force_model import ForceModel
-from stretch_bt.model.force.local import Pressed
+from stretch_bt.model.force.local import LocalReading
 from stretch_bt.model.palpation.balance import LAW
 from stretch_bt.model.palpation.planning import (
     MARGIN,
@@ -26,7 +26,7 @@ from stretch_bt.model.palpation.planning import (
     stretches,
 )
 from stretch_bt.model.palpation.series import Series
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
 
@@ -56,7 +56,7 @@ class Costs:
         """Return a bound of the gain, 1/s, of a press at another stretch: all of the variance in the least time of such a look."""
         return 1 / max(self.change + self.settle + count * self.frame, 1e-9)
 
-    def seconds(self, last: Pressed, plan: Plan | None, count: int) -> float:
+    def seconds(self, last: LocalReading, plan: Plan | None, count: int) -> float:
         """Return the time of going to a press, or staying, and looking at so many frames, s."""
         if plan is None:
             return count * self.frame
@@ -101,7 +101,7 @@ def next_look(
     model: ForceModel,
     radius: float,
     fit: Series,
-    last: Pressed,
+    last: LocalReading,
     drop: float,
     limits: Limits,
     looks: Looks,
@@ -168,7 +168,7 @@ def next_look(
     return best if best.gain > least else None
 
 
-def _untold(plan: Plan, last: Pressed, costs: Costs, counts: Sequence[int]) -> Choice:
+def _untold(plan: Plan, last: LocalReading, costs: Costs, counts: Sequence[int]) -> Choice:
     count = min(counts, key=lambda n: abs(n - UNTOLD))
     seconds = costs.seconds(last, plan, count)
     return Choice(plan, count, seconds, 1 / seconds, 1.0)
@@ -180,7 +180,7 @@ def _of_logarithm(fit: Series, drop: float) -> Array:
 
 
 def _presses(
-    model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits, choice: list[float]
+    model: ForceModel, radius: float, fit: Series, last: LocalReading, drop: float, limits: Limits, choice: list[float]
 ) -> list[Plan]:
     """Return presses at some stretches within the limits, each harder than the last by three standard deviations or more."""
     found = []
@@ -203,7 +203,7 @@ class _View:
     alike: float
 
 
-def _view(model: ForceModel, radius: float, fit: Series, last: Pressed, plan: Plan | None, looks: Looks) -> _View:
+def _view(model: ForceModel, radius: float, fit: Series, last: LocalReading, plan: Plan | None, looks: Looks) -> _View:
     stretch, hand, force = (plan.stretch, plan.hand, plan.force) if plan else (last.stretch, last.hand, fit.force.value)
     drops, exponents, by_law = fit.law.deflection(np.log(np.array([force / fit.reference])))
     drop, power = float(drops[0]), float(exponents[0])
@@ -230,7 +230,14 @@ def _spread(fit: Series, slopes: Array) -> float:
 
 
 def _weighed(
-    fit: Series, before: float, target: Array | None, view: _View, last: Pressed, costs: Costs, looks: Looks, count: int
+    fit: Series,
+    before: float,
+    target: Array | None,
+    view: _View,
+    last: LocalReading,
+    costs: Costs,
+    looks: Looks,
+    count: int,
 ) -> Choice:
     """Return a look with its reduction of the variance that there was before."""
     slopes = view.secant if target is None else target

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.force.local import LocalForces, Pressed
+from stretch_bt.model.force.local import LocalForces, LocalReading
 from stretch_bt.model.palpation.law import MM, SOFTEST, ObjectLaw
 from stretch_bt.units import Estimate
 
@@ -27,7 +27,7 @@ LEAST = 1e-300  # keeps 0 / 0 out where the model's force has no error
 LEFT = 0.1  # standard deviations; largest last step of a settled answer
 
 
-def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
+def presses_of(readings: Sequence[LocalReading]) -> npt.NDArray[np.int64]:
     """Return the number (n,) of each reading's press: another one begins where hand or stretch are not those it began with."""
     numbers, begun = [-1], readings[:1]
     for reading in readings:
@@ -47,7 +47,7 @@ class Balance:
     def __init__(
         self,
         forces: LocalForces,
-        readings: Sequence[Pressed],
+        readings: Sequence[LocalReading],
         top: Estimate | None,
         power: Estimate,
         stiffening: Estimate,

@@ -11,10 +11,12 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_kind, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium, shown
 from stretch_bt.model.force.force_model import ForceModel, check_model
-from stretch_bt.model.force.local import Pressed
+from stretch_bt.model.force.local import LocalReading
 from stretch_bt.model.palpation.indentation import next_indentation
 from stretch_bt.model.palpation.series import ROBOT, Series
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = [
     "MARGIN",
@@ -69,7 +71,7 @@ class NoHarderPress(IllConditioned):
     """No press within the limits is harder than the latest."""
 
 
-def check_asked(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> None:
+def check_asked(model: ForceModel, radius: float, fit: Series, last: LocalReading, drop: float, limits: Limits) -> None:
     """Raise InvalidInput for an argument that is no model, fit, reading or limits, or no number."""
     check_model(model)
     check_numbers("in m", radius=radius, drop=drop)
@@ -87,7 +89,7 @@ def next_press(
     model: ForceModel,
     radius: float,
     fit: Series,
-    last: Pressed,
+    last: LocalReading,
     drop: float,
     limits: Limits,
     *,
@@ -158,7 +160,7 @@ def stretches(now: float, limits: Limits) -> list[float]:
     return [now + i * limits.stretch_step for i in range(steps + 1)]
 
 
-def off_by(model: ForceModel, radius: float, fit: Series, last: Pressed, stretch: float) -> float:
+def off_by(model: ForceModel, radius: float, fit: Series, last: LocalReading, stretch: float) -> float:
     """Return the standard deviation, N, of a force at a stretch less the force at the last press, when both should be one."""
     depth = fit.height.value - last.hand
     here = _slope(model, radius, last.stretch, depth)
@@ -193,7 +195,7 @@ def press_at(
     return Plan(stretch, hand, force, drop) if hand >= limits.lowest else None
 
 
-def _hardest(model: ForceModel, radius: float, fit: Series, last: Pressed, limits: Limits) -> Plan | None:
+def _hardest(model: ForceModel, radius: float, fit: Series, last: LocalReading, limits: Limits) -> Plan | None:
     """Return the hardest press within the limits, or None where it is not harder than the last one by three standard deviations."""
     found: Plan | None = None
     for stretch in stretches(last.stretch, limits):

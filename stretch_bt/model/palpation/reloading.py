@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.force.local import Pressed, local_forces
+from stretch_bt.model.force.local import LocalReading, local_forces
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.model.palpation.law import MM
 from stretch_bt.units import Estimate
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["left_behind", "of_first_loading", "reloads"]
 
-R = TypeVar("R", bound=Pressed)
+R = TypeVar("R", bound=LocalReading)
 
 CLEAR = 3.0  # standard deviations; a force that lies this far below an earlier one counts as less
 LOST = 3.0  # standard deviations; a top that stands this much lower was left behind
@@ -66,7 +66,7 @@ def of_first_loading(
     return first, loading
 
 
-def reloads(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> npt.NDArray[np.float64]:
+def reloads(model: ForceModel, radius: float, readings: Sequence[LocalReading]) -> npt.NDArray[np.float64]:
     """Return the largest force of any earlier press, N, for each reading (n,) that is clearly below it, and 0 for the others.
 
     Raises
@@ -83,7 +83,7 @@ def reloads(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> np
 
 
 def left_behind(
-    loading: Series, model: ForceModel, radius: float, readings: Sequence[Pressed], robot_sd: float
+    loading: Series, model: ForceModel, radius: float, readings: Sequence[LocalReading], robot_sd: float
 ) -> Estimate:
     """Return by how much readings stand below the curve of first loading, m: the object settled, softened or slid there.
 

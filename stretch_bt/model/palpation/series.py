@@ -12,10 +12,12 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.model.force.force_model import ForceModel, change_by_size, check_model
-from stretch_bt.model.force.local import Pressed, local_forces
+from stretch_bt.model.force.local import LocalReading, local_forces
 from stretch_bt.model.palpation.balance import FLATTEST, LAW, STEEPEST, Balance, presses_of
 from stretch_bt.model.palpation.law import ObjectLaw
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["POWER", "STIFFENING", "Series", "TopReading", "fit_series"]
 
@@ -132,7 +134,7 @@ class Series:
 def fit_series(
     model: ForceModel,
     radius: Estimate,
-    readings: Sequence[Pressed],
+    readings: Sequence[LocalReading],
     *,
     top: Estimate | None = None,
     power: Estimate = POWER,
@@ -181,7 +183,7 @@ def fit_series(
     return _concluded(model, radius, readings[-1], fit, common_sd)
 
 
-def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance, common_sd: float) -> Series:
+def _concluded(model: ForceModel, radius: Estimate, last: LocalReading, fit: Balance, common_sd: float) -> Series:
     """Return the fit at the last reading's pose."""
     heights, rows = fit.curve(fit.q)
     height, row, sunk = float(heights[-1]), rows[-1], fit.depths(rows)[-1]
@@ -219,7 +221,7 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
     )
 
 
-def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:
+def _enough(force: Array, readings: Sequence[LocalReading], top: Estimate | None) -> None:
     if top is None and (presses_of(readings)[-1] == 0 or np.ptp(force) <= 1e-3 * force.max()):
         raise IllConditioned(
             "readings of one press or at one force do not show how far the object gives way; press at two or more"
@@ -228,7 +230,7 @@ def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> 
 
 def _check(
     radius: Estimate,
-    readings: Sequence[Pressed],
+    readings: Sequence[LocalReading],
     top: Estimate | None,
     power: Estimate,
     stiffening: Estimate,
@@ -249,7 +251,7 @@ def _check(
             raise InvalidInput(f"{name} must be finite and at least 0 m, not {shown(sd)[:80]}")
 
 
-def _check_readings(readings: Sequence[Pressed]) -> None:
+def _check_readings(readings: Sequence[LocalReading]) -> None:
     """Refuse an input that is no list of readings, and readings that are not finite."""
     try:
         values = np.array([(r.stretch, r.hand, r.height, r.sd) for r in readings], dtype=float)

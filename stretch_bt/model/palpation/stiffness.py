@@ -6,7 +6,9 @@ import math
 
 from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import IllConditioned, InvalidInput, shown
-from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.quantity_text import format_quantity
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["estimate_stiffness"]
 

@@ -13,7 +13,8 @@ from stretch_bt.arguments import check_path
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import as_numbers, as_reals
-from stretch_bt.units import Length, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Length
 
 __all__ = ["CELL", "FLOOR", "Array", "Cloud", "Frame", "cloud_of"]
 

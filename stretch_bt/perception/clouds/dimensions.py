@@ -11,7 +11,7 @@ import numpy as np
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Array, Cloud
-from stretch_bt.perception.clouds.faces import Face, find_faces, settled
+from stretch_bt.perception.clouds.faces import CloudFace, find_faces, settled
 from stretch_bt.perception.types import CLOUD, FloatArray
 from stretch_bt.units import Length
 
@@ -114,7 +114,7 @@ def measure_object(cloud: Cloud) -> Dimensions:
     return _sorted(measured)
 
 
-def _between_faces(cloud: Cloud, faces: list[Face]) -> list[_Length]:
+def _between_faces(cloud: Cloud, faces: list[CloudFace]) -> list[_Length]:
     """Return the distances of opposite faces along at most three axes, the largest faces first."""
     found: list[_Length] = []
     for one, other in combinations(faces, 2):
@@ -131,7 +131,7 @@ def _between_faces(cloud: Cloud, faces: list[Face]) -> list[_Length]:
     return found
 
 
-def _axes(cloud: Cloud, faces: list[Face], measured: list[_Length], surface: Array) -> list[Array]:
+def _axes(cloud: Cloud, faces: list[CloudFace], measured: list[_Length], surface: Array) -> list[Array]:
     """Return three axes: the measured ones, then the vertical and the normals of faces, in the world the vertical first.
 
     An axis that is not measured is perpendicular to the axes before it; where no face gives its direction, the smallest
@@ -167,7 +167,7 @@ def _along_rectangle(points: Array, axis: Array) -> Array:
     return np.asarray(np.cos(angle) * one + np.sin(angle) * other)
 
 
-def _on_table(cloud: Cloud, faces: list[Face], axis: Array) -> _Length | None:
+def _on_table(cloud: Cloud, faces: list[CloudFace], axis: Array) -> _Length | None:
     """Return the height of the largest upper face above the table, where the axis is vertical and the world is known."""
     if cloud.frame != "world" or abs(axis[2]) < UPRIGHT:
         return None

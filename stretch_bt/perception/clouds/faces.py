@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stretch_bt.perception.clouds.cloud import Array, Cloud
 from stretch_bt.perception.robust import TUKEY, scale_of, tukey_weights
 
-__all__ = ["Face", "find_faces", "settled"]
+__all__ = ["CloudFace", "find_faces", "settled"]
 
 PATCH = 40  # points of the first guess of a plane
 GUESSES = 120
@@ -30,7 +30,7 @@ VANISHED = 0.1  # correlation that is taken for none
 
 
 @dataclass(frozen=True, slots=True)
-class Face:
+class CloudFace:
     """A plane with the points that lie in it.
 
     `normal` (3,) points out of the object, `middle` (3,), m, is the mean of its points and `frame` (2, 3) spans it.
@@ -106,17 +106,17 @@ class _Fit:
     left: Array
     used: npt.NDArray[np.bool_]
 
-    def face(self) -> Face:
+    def face(self) -> CloudFace:
         covariance = _covariance(self.design, self.known, self.left, self.used)
-        return Face(self.normal, self.middle, self.frame, covariance, self.members, self.width)
+        return CloudFace(self.normal, self.middle, self.frame, covariance, self.members, self.width)
 
 
-def find_faces(cloud: Cloud, normals: Array) -> list[Face]:
+def find_faces(cloud: Cloud, normals: Array) -> list[CloudFace]:
     """Return the flat faces of a cloud, the largest first; `normals` (n, 3) are unit vectors out of the object."""
     seen = _Seen.of(cloud, normals)
     left = np.ones(len(cloud), dtype=bool)
     bowed = np.zeros(len(cloud), dtype=bool)
-    found: list[Face] = []
+    found: list[CloudFace] = []
     while left.sum() >= FEWEST:
         face = _largest(seen, left)
         if face is None:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Cloud
-from stretch_bt.perception.clouds.seen import CELL, FEWEST, Array, Mask, View
+from stretch_bt.perception.clouds.seen import CELL, FEWEST, Array, CellView, Mask
 from stretch_bt.units import Area, Length
 
 __all__ = ["CELL", "Relief", "add_view", "carved"]
@@ -125,7 +125,7 @@ class Relief(BriefRepr):
         return np.asarray((cells + np.asarray(self.origin) + 0.5) * self.cell)
 
 
-def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) -> Relief:
+def add_view(view: CellView, relief: Relief | None = None, *, cell: float = CELL) -> Relief:
     """Return the map with one more view in it.
 
     Raises
@@ -207,7 +207,7 @@ def _grown(relief: Relief, cells: npt.NDArray[np.int64]) -> Relief:
     )
 
 
-def _check_still(relief: Relief, view: View) -> None:
+def _check_still(relief: Relief, view: CellView) -> None:
     """Raise IllConditioned where a view cannot be of the object that the map shows."""
     from scipy.ndimage import binary_erosion
 

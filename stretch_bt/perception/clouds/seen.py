@@ -15,7 +15,7 @@ from stretch_bt.perception.clouds.support import supported
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["CELL", "FEWEST", "Array", "Mask", "View", "turn_of", "view_of"]
+__all__ = ["CELL", "FEWEST", "Array", "CellView", "Mask", "turn_of", "view_of"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -32,7 +32,7 @@ FEWEST = 25  # cells or points of a part that is large enough to count
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class CellView:
     """What one press shows, by cell: (n, 2) int64 indices, heights (n,), m, whether the membrane touched, or hung for sure.
 
     It hangs for sure where it stays as the hand rises, held up by what it touches elsewhere. `cut` says that the contact goes
@@ -55,7 +55,7 @@ def view_of(
     shallow_pose: Pose,
     half_length: float,
     cell: float = CELL,
-) -> View:
+) -> CellView:
     """Return what a press shows in the cells of the world, from the membrane at two heights of the hand.
 
     Where the membrane stays while the hand rises it lies on the object; where it hangs free it rises with the hand.
@@ -92,7 +92,7 @@ def view_of(
     cut = int((stayed & ~free).sum()) > FEWEST
     at = (*deep_pose.position[:2], turn_of(deep_pose))
     touched, hung = (stayed & free & told for told in _lying(cells, heights, stayed, at[2], cell))
-    return View(cells[whole], heights[whole], touched[whole], hung[whole], cut, at)
+    return CellView(cells[whole], heights[whole], touched[whole], hung[whole], cut, at)
 
 
 def _stayed(heights: Array, up: Array, rise: float) -> Mask:

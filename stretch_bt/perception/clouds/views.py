@@ -7,7 +7,7 @@ import numpy as np
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clouds.relief import Relief
-from stretch_bt.perception.clouds.seen import Array, View
+from stretch_bt.perception.clouds.seen import Array, CellView
 from stretch_bt.perception.deprojection import points_of, to_world, view_rays
 from stretch_bt.perception.noise import pixel_noise
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact
@@ -34,7 +34,7 @@ def surface_of(frame: DepthFrame) -> Array:
     return np.where(valid[..., None], points, np.nan)
 
 
-def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) -> Contact | None:
+def contact_of(frame: DepthFrame, surface: Array, view: CellView, relief: Relief) -> Contact | None:
     """Return the points of a frame that lie in cells in which the membrane touched, None where they are too few.
 
     Parameters

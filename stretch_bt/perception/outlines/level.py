@@ -11,7 +11,8 @@ from stretch_bt.errors import InvalidInput, NoContact, shown
 from stretch_bt.perception.outlines.level_place import TOP, blurred, with_level_errors
 from stretch_bt.perception.outlines.outline import Outline, outline_of
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
-from stretch_bt.units import Length, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Length
 
 __all__ = ["highest_of", "outline_at"]
 

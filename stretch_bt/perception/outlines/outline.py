@@ -26,7 +26,8 @@ from stretch_bt.perception.outlines.polyline import (
 from stretch_bt.perception.outlines.roundness import CORNERS, REPLICATES, Method, Roundness, contour_of, roundness
 from stretch_bt.perception.outlines.trace import BLUR, trace
 from stretch_bt.perception.types import CONTACT, INVALID, FloatArray, MaskArray
-from stretch_bt.units import Area, Length, is_number
+from stretch_bt.plain_numbers import is_number
+from stretch_bt.units import Area, Length
 
 __all__ = ["Outline", "outline_of", "placed"]
 

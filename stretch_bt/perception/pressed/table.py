@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import KINDS, format_apart
+from stretch_bt.quantity_text import format_apart
+from stretch_bt.units import KINDS
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, shown
 from stretch_bt.frames import as_numbers
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["Noise", "Sight", "camera_of", "extent", "sighted"]
 

@@ -14,7 +14,7 @@ from stretch_bt.perception.pitch import check_pitch, pitch_of
 from stretch_bt.perception.surface import camera_side, check_labels, check_points
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
-__all__ = ["Cells", "cells_of"]
+__all__ = ["HeightCells", "cells_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ WIDEST = 20.0  # m
 
 
 @dataclass(frozen=True, slots=True)
-class Cells:
+class HeightCells:
     """Means of `SIDE` x `SIDE` pixels: x, y and height towards the camera (rows, columns), m.
 
     The height counts from the undeformed membrane. Where `valid` is False the values are 0. `touching` is the share of
@@ -49,7 +49,7 @@ class Cells:
         return self.pitches[0] * self.pitches[1]
 
 
-def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
+def cells_of(points: FloatArray, labels: LabelArray) -> HeightCells:
     """Return the cells around the contact.
 
     Parameters
@@ -84,7 +84,7 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     height = np.where(kept, towards * (planes[2] - level), 0.0)
     touching = _blocks((mask & (classes == CONTACT)).astype(np.float32))
     pitches = _pitch_along(planes[0], kept), _pitch_along(planes[1].T, kept.T)
-    return Cells(planes[0], planes[1], height, kept, touching, pitches, (rows.start, columns.start), labels.shape)
+    return HeightCells(planes[0], planes[1], height, kept, touching, pitches, (rows.start, columns.start), labels.shape)
 
 
 def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoAnswer
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.fit import INSIDE, OUTSIDE, Fit, fit_to
 from stretch_bt.perception.size.hypothesis import Context, Hypothesis, hypothesis
 from stretch_bt.perception.size.start import Start
@@ -40,7 +40,7 @@ class Choice:
 
 
 def best_fit(
-    shape: Hypothesis, cells: Cells, start: Start, *, noise: float = 0.0, window: MaskArray | None = None
+    shape: Hypothesis, cells: HeightCells, start: Start, *, noise: float = 0.0, window: MaskArray | None = None
 ) -> Fit:
     """Return the fit of a shape from the start that leaves least, or from the next ones where it is not likely.
 
@@ -65,7 +65,7 @@ def best_fit(
     return min(found, key=lambda fit: fit.noise**2 * fit.area)
 
 
-def _ranked(shape: Hypothesis, cells: Cells, start: Start) -> list[Array]:
+def _ranked(shape: Hypothesis, cells: HeightCells, start: Start) -> list[Array]:
     """Return the starts of a shape, the one first that leaves least around its own rim, in every fourth cell."""
     starts = shape.starts(start)
     valid = cells.valid[::2, ::2]
@@ -79,7 +79,7 @@ def _ranked(shape: Hypothesis, cells: Cells, start: Start) -> list[Array]:
     return [starts[n] for n in np.argsort(left)]
 
 
-def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *, noise: float = 0.0) -> Choice:
+def choose(names: Sequence[str], cells: HeightCells, start: Start, context: Context, *, noise: float = 0.0) -> Choice:
     """Fit several shapes and return the best, or the first that fits unless the best is clearly better, with all log evidences.
 
     The evidence is Laplace's approximation (MacKay, Information Theory, chapter 28), for all shapes over the cells around

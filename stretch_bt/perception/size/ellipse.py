@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.size.hypothesis import Measured
+from stretch_bt.perception.size.hypothesis import FittedSizes
 from stretch_bt.perception.size.round_shape import SMALLEST, RoundShape
 
 __all__ = ["Ellipse"]
@@ -35,7 +35,7 @@ class Ellipse(RoundShape):
         second = max(abs(float(q[3])), SMALLEST)
         return super().log_prior(q) - 0.5 * ratio**2 - math.log(ASPECT_SD * math.sqrt(2.0 * math.pi) * second)
 
-    def measure(self, q: Array, covariance: Array) -> Measured:
+    def measure(self, q: Array, covariance: Array) -> FittedSizes:
         """Return the sizes; their sd grows with the ratio of the axes, as the prior is made from round contacts."""
         size = super().measure(q, covariance)
         share = UNLIKE * abs(math.log(q[2] / q[3]))

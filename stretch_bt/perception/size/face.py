@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.fit import Fit
 from stretch_bt.perception.size.hypothesis import Hypothesis, Value
 
@@ -24,7 +24,7 @@ MAYBE = (
 )
 
 
-def check_flat(shape: Hypothesis, fit: Fit, cells: Cells) -> None:
+def check_flat(shape: Hypothesis, fit: Fit, cells: HeightCells) -> None:
     """Raise IllConditioned where the middle of a face stands clearly above or below its rim."""
     bow, sd = _bow(shape, fit, cells)
     if bow > ROUND * sd and bow > LEAST_BOW:
@@ -36,7 +36,7 @@ def check_flat(shape: Hypothesis, fit: Fit, cells: Cells) -> None:
         )
 
 
-def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> float:
+def maybe_wider(shape: Hypothesis, fit: Fit, cells: HeightCells, width: float) -> float:
     """Return the error of a width, m, where too little of a face is seen to distinguish it from a ball: a membrane bends over both alike.
 
     Raises
@@ -58,14 +58,14 @@ def maybe_wider(shape: Hypothesis, fit: Fit, cells: Cells, width: float) -> floa
 
 
 def _within(
-    shape: Hypothesis, fit: Fit, cells: Cells
+    shape: Hypothesis, fit: Fit, cells: HeightCells
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
     """Return x and y, m, of the cells that were fitted, and which of them lie within the face."""
     x, y = cells.x[fit.window], cells.y[fit.window]
     return x, y, shape.outside(fit.q, x, y) < -FACE
 
 
-def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:
+def _bow(shape: Hypothesis, fit: Fit, cells: HeightCells) -> Value:
     """Return how far the middle of the face stands above its ends, m, along the axis where this is clearest.
 
     It is the residual of the face to a plane, as a paraboloid over the face's own axes.

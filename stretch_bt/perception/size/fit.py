@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust import scale_of
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.correlation import correlation_area
 from stretch_bt.perception.size.hypothesis import Hypothesis
 from stretch_bt.perception.types import MaskArray
@@ -49,7 +49,7 @@ class Fit:
     steps: int
 
 
-def window_of(shape: Hypothesis, q: Array, cells: Cells) -> MaskArray:
+def window_of(shape: Hypothesis, q: Array, cells: HeightCells) -> MaskArray:
     """Return the cells around the rim of a shape that are to be fitted; raises IllConditioned where they are too few."""
     outside = shape.outside(q, cells.x.ravel(), cells.y.ravel()).reshape(cells.x.shape)
     radius = math.sqrt(np.count_nonzero(outside < 0.0) * cells.area / math.pi)
@@ -62,7 +62,9 @@ def window_of(shape: Hypothesis, q: Array, cells: Cells) -> MaskArray:
     return window
 
 
-def fit_to(shape: Hypothesis, cells: Cells, q: Array, *, window: MaskArray | None = None, noise: float = 0.0) -> Fit:
+def fit_to(
+    shape: Hypothesis, cells: HeightCells, q: Array, *, window: MaskArray | None = None, noise: float = 0.0
+) -> Fit:
     """Fit a shape to cells from the parameters q.
 
     Parameters

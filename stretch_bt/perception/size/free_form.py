@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.size.around import COUNT, skirt_around, slope_sums
 from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, shipped_box_prior
 from stretch_bt.perception.size.exterior import ExteriorMap
-from stretch_bt.perception.size.hypothesis import Context, Measured
+from stretch_bt.perception.size.hypothesis import Context, FittedSizes
 from stretch_bt.perception.size.start import Start
 
 __all__ = ["FreeForm"]
@@ -149,7 +149,7 @@ class FreeForm:
         )
         return np.asarray(np.hypot(x - q[0], y - q[1]) - radius)
 
-    def measure(self, q: Array, covariance: Array) -> Measured:
+    def measure(self, q: Array, covariance: Array) -> FittedSizes:
         """Return the sizes; raises IllConditioned where the outline is folded, or none."""
         angle = np.unwrap(np.arctan2(*_places(q)[::-1]))
         if q[HEIGHT] <= 0.0 or q[2] <= 2.0 * SMALLEST or (np.diff(angle) <= 0.0).mean() > FOLDED:
@@ -166,7 +166,7 @@ class FreeForm:
             variance = float(by @ inner @ by) + (2.0 * inset * self.context.fillet_sd) ** 2 + systematic**2
             sizes.append((_width(q, axis) + 2.0 * inset * self.context.fillet, math.sqrt(variance)))
         sd = np.sqrt(np.diag(covariance))
-        return Measured(
+        return FittedSizes(
             center=((float(q[0]), float(sd[0])), (float(q[1]), float(sd[1]))),
             diameter_i=sizes[0],
             diameter_j=sizes[1],

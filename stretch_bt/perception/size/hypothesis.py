@@ -13,7 +13,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.size.prior import SkirtPrior
 from stretch_bt.perception.size.start import Start
 
-__all__ = ["HYPOTHESES", "Context", "Hypothesis", "Measured", "hypothesis"]
+__all__ = ["HYPOTHESES", "Context", "FittedSizes", "Hypothesis", "hypothesis"]
 
 Array = npt.NDArray[np.float64]
 Value = tuple[float, float]
@@ -30,7 +30,7 @@ class Context:
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class FittedSizes:
     """Sizes of a fitted shape, SI, as (value, sd); `sides` is None for round shapes, `rotation` is the first side's.
 
     `diameter_i` and `diameter_j` are the widths along i and j through the centre, of the object itself: to the ends of
@@ -86,7 +86,7 @@ class Hypothesis(Protocol):
         """Return how far places lie outside the rim, m, negative inside."""
         ...
 
-    def measure(self, q: Array, covariance: Array) -> Measured:
+    def measure(self, q: Array, covariance: Array) -> FittedSizes:
         """Return the sizes of a fitted shape; raises IllConditioned where q is no such shape."""
         ...
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.leaning_face import BESIDE, MOST_CELLS, PAST, Around, Face, face_around
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.correlation import correlation_area
 from stretch_bt.perception.size.start import Start
 from stretch_bt.perception.types import MaskArray
@@ -68,7 +68,7 @@ def _turned(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
     return (c, s), (s, c)
 
 
-def face_beside(cells: Cells) -> FaceBeside:
+def face_beside(cells: HeightCells) -> FaceBeside:
     """Return the face that the membrane around a contact shows."""
     import cv2
 

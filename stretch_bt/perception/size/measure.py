@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_kind
 from stretch_bt.errors import IllConditioned, InvalidInput, NoAnswer, shown
-from stretch_bt.perception.size.cells import Cells, cells_of
+from stretch_bt.perception.size.cells import HeightCells, cells_of
 from stretch_bt.perception.size.choose import Choice, choose
 from stretch_bt.perception.size.face import check_flat, maybe_wider
 from stretch_bt.perception.size.fit import Fit
-from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
+from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, FittedSizes, Hypothesis, Value
 from stretch_bt.perception.size.leaning import FaceBeside, face_beside
 from stretch_bt.perception.size.misfit import Misfit, misfit_of
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
@@ -22,7 +22,7 @@ from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
 from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import FloatArray, LabelArray
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["diameters", "measure_contact"]
 
@@ -161,7 +161,7 @@ def measure_contact(
 
 
 def _of_face(
-    found: Choice, beside: FaceBeside, names: Sequence[str], cells: Cells, context: Context, noise: float
+    found: Choice, beside: FaceBeside, names: Sequence[str], cells: HeightCells, context: Context, noise: float
 ) -> Choice:
     """Return the shapes fitted from the face that the membrane around a contact shows, where they are more like it than those found."""
     start = beside.start()
@@ -180,7 +180,7 @@ def _away(choice: Choice, beside: FaceBeside) -> float:
     return math.hypot(*beside.off(size.diameter_i[0], size.diameter_j[0], size.depth[0])[:2])
 
 
-def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
+def _measured(shape: Hypothesis, fit: Fit) -> FittedSizes | None:
     """Return the sizes of another shape than the chosen one; None where it has none with an error, so that it says nothing."""
     try:
         return shape.measure(fit.q, fit.covariance)
@@ -188,7 +188,7 @@ def _measured(shape: Hypothesis, fit: Fit) -> Measured | None:
         return None
 
 
-def _at_odds(size: Measured, free: Measured) -> float:
+def _at_odds(size: FittedSizes, free: FittedSizes) -> float:
     """Return the error of a width, m, where an outline without a shape has another width, beyond `DOUBT` of both deviations.
 
     Where a face leans, or the membrane is unlike the priors, a shape may fit well enough, and be half as wide.
@@ -222,7 +222,7 @@ def _with_rivals(chosen: Value, rivals: Sequence[tuple[Value, float]]) -> float:
     return math.sqrt(sd**2 + sum(p * ((other - value) ** 2 + other_sd**2) for (other, other_sd), p in rivals))
 
 
-def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None:
+def check_whole(shape: Hypothesis, fit: Fit, cells: HeightCells, depth: float) -> None:
     """Refuse a shape that leaves much of the contact outside it, or whose face, at a depth in m, is no plane.
 
     Raises
@@ -241,7 +241,7 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None
     check_flat(shape, fit, cells)
 
 
-def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
+def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: HeightCells, size: FittedSizes) -> float:
     """Return the share of the strip around the rim, `STRIP` wide, that valid cells see."""
     reach = 0.75 * max(size.diameter_i[0], size.diameter_j[0]) + STRIP
     along = (
@@ -252,7 +252,7 @@ def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size
     return _in_strip(seen) / max(_in_strip(whole), 1)
 
 
-def _leaning(cells: Cells) -> float:
+def _leaning(cells: HeightCells) -> float:
     """Return the error of the middle of a contact, m, as its high side alone bends the membrane much where it leans."""
     inside = cells.valid & (cells.touching > 0.5)
     if np.count_nonzero(inside) < LEAST_CELLS:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.fit import Fit
 from stretch_bt.perception.size.hypothesis import Hypothesis
 
@@ -34,7 +34,7 @@ class Misfit:
     harmonic: int
 
 
-def misfit_of(shape: Hypothesis, fit: Fit, cells: Cells) -> Misfit:
+def misfit_of(shape: Hypothesis, fit: Fit, cells: HeightCells) -> Misfit:
     """Return how far an outline differs from its shape, by one more step of the fit with harmonics of the outline.
 
     A rim that stands farther out by a share cos(n t) lifts the membrane by that share of its slope there, and beyond the rim by a share

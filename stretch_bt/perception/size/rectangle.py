@@ -11,7 +11,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.size.around import COUNT
 from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, shipped_box_prior
 from stretch_bt.perception.size.box_rim import BoxRim
-from stretch_bt.perception.size.hypothesis import Context, Measured
+from stretch_bt.perception.size.hypothesis import Context, FittedSizes
 from stretch_bt.perception.size.start import Start
 
 __all__ = ["Rectangle"]
@@ -127,7 +127,7 @@ class Rectangle:
         """Return how far places lie outside the rim, m."""
         return self.rim(q).outside(x, y)
 
-    def measure(self, q: Array, covariance: Array) -> Measured:
+    def measure(self, q: Array, covariance: Array) -> FittedSizes:
         """Return the sizes; raises IllConditioned where the fit shrank to a line or turned into a hollow."""
         if q[HEIGHT] <= 0.0 or not SMALLEST < min(q[2:4]) <= max(q[2:4]) < LARGEST:
             raise IllConditioned(
@@ -139,7 +139,7 @@ class Rectangle:
         short = 2 if q[2] <= q[3] else 3
         sides = [(float(q[n]), float(sd[n])) for n in (short, 5 - short)]
         turned = float(q[4]) + (0.0 if short == 2 else 0.5 * math.pi)
-        return Measured(
+        return FittedSizes(
             center=((float(q[0]), float(sd[0])), (float(q[1]), float(sd[1]))),
             diameter_i=_width(q, shape, 0.0),
             diameter_j=_width(q, shape, 0.5 * math.pi),

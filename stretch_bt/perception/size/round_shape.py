@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.size.conformal import COUNT, Rim, skirt
-from stretch_bt.perception.size.hypothesis import Context, Measured
+from stretch_bt.perception.size.hypothesis import Context, FittedSizes
 from stretch_bt.perception.size.start import Start
 
 __all__ = ["RoundShape"]
@@ -133,7 +133,7 @@ class RoundShape:
         """Return how far places lie outside the rim, m."""
         return skirt(self.rim(q), q[self.skirt], x, y)[3]
 
-    def measure(self, q: Array, covariance: Array) -> Measured:
+    def measure(self, q: Array, covariance: Array) -> FittedSizes:
         """Return the sizes; raises IllConditioned where the fit shrank to a point or turned into a hollow."""
         radii = self.radii_of(q)
         if min(radii) <= SMALLEST or q[self.height] <= 0.0:
@@ -142,7 +142,7 @@ class RoundShape:
             )
         sd = np.sqrt(np.diag(covariance))
         sizes = [self._size(2 + min(axis, self.radii - 1), q, covariance) for axis in (0, 1)]
-        return Measured(
+        return FittedSizes(
             center=((float(q[0]), float(sd[0])), (float(q[1]), float(sd[1]))),
             diameter_i=sizes[0],
             diameter_j=sizes[1],

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoContact
-from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["Start", "start_of"]
@@ -39,7 +39,7 @@ class Start:
     angle: float
 
 
-def start_of(cells: Cells) -> Start:
+def start_of(cells: HeightCells) -> Start:
     """Return the raised part around the contact's highest place.
 
     Raises
@@ -86,7 +86,7 @@ def _smoothed(values: Array, valid: MaskArray, sigma: float) -> Array:
     return np.asarray(smooth(values.astype(np.float32), valid.astype(np.float32), sigma)[0], dtype=np.float64)
 
 
-def _top(height: Array, cells: Cells, peak: tuple[np.intp, ...]) -> float:
+def _top(height: Array, cells: HeightCells, peak: tuple[np.intp, ...]) -> float:
     """Return the height of the face around a peak, m: the 80th percentile nearby."""
     reach = (max(2, round(6e-3 / pitch)) for pitch in reversed(cells.pitches))
     rows, columns = (slice(max(int(p) - n, 0), int(p) + n + 1) for p, n in zip(peak, reach, strict=True))
@@ -102,7 +102,7 @@ def _part(mask: MaskArray, place: tuple[np.intp, ...]) -> MaskArray:
     return found & mask
 
 
-def _refuse_two(height: Array, cells: Cells, top: float) -> None:
+def _refuse_two(height: Array, cells: HeightCells, top: float) -> None:
     """Raise where two parts labelled as in contact are both high and a valley lies between them."""
     import cv2
 

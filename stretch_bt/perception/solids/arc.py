@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.profile import HeightProfile
 
 __all__ = ["Arc", "fit_arc"]
 
@@ -36,7 +36,7 @@ class Arc:
     rms: float
 
 
-def fit_arc(profile: Profile, start: float, *, reach: float, layer: tuple[float, float]) -> Arc:
+def fit_arc(profile: HeightProfile, start: float, *, reach: float, layer: tuple[float, float]) -> Arc:
     """Fit an arc near a place, m, to the part of a profile within `reach`, m.
 
     The membrane touches the arc over some width to each side and leaves it with the curvature of the arc, which decays
@@ -73,7 +73,7 @@ def fit_arc(profile: Profile, start: float, *, reach: float, layer: tuple[float,
     )
 
 
-def _linear(part: Profile, q: Array) -> tuple[Array, Array]:
+def _linear(part: HeightProfile, q: Array) -> tuple[Array, Array]:
     """Return height and the skirts' curvatures, and the weighted residuals (n,), m; `q` is in mm."""
     place, radius, left, right, layer = q * 1e-3
     u = part.at - place

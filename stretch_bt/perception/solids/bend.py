@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.profile import HeightProfile
 
 __all__ = ["CONVERGED", "Bend", "fit_bend", "search_bend"]
 
@@ -62,7 +62,7 @@ class Bend:
         return 2 * self.length / max(self.change, 1e-9)
 
 
-def search_bend(profile: Profile, low: float, high: float) -> Bend:
+def search_bend(profile: HeightProfile, low: float, high: float) -> Bend:
     """Return the bend of a profile that explains it best, between two places, m.
 
     Raises
@@ -82,7 +82,7 @@ def search_bend(profile: Profile, low: float, high: float) -> Bend:
     return fit_bend(profile, begin)
 
 
-def _cost(profile: Profile, place: float, length: float) -> tuple[float, float]:
+def _cost(profile: HeightProfile, place: float, length: float) -> tuple[float, float]:
     """Return how badly a bend at a place explains the whole profile, and the place; a profile that does not bend down has none."""
     part = profile.between(place - REACH, place + REACH)
     _check(part, place)
@@ -93,7 +93,7 @@ def _cost(profile: Profile, place: float, length: float) -> tuple[float, float]:
     return float(np.mean(left**2)) / fit[2] ** 2, place
 
 
-def fit_bend(profile: Profile, start: float, *, reach: float = REACH, curved: bool = False) -> Bend:
+def fit_bend(profile: HeightProfile, start: float, *, reach: float = REACH, curved: bool = False) -> Bend:
     """Fit a bend near a place, m, to the part of a profile within `reach`, m, of it; its near side may be `curved` like its far one.
 
     Raises
@@ -139,21 +139,21 @@ def fit_bend(profile: Profile, start: float, *, reach: float = REACH, curved: bo
     )
 
 
-def _check(part: Profile, place: float) -> None:
+def _check(part: HeightProfile, place: float) -> None:
     if len(part.at) < FEWEST or part.at[0] > place - BESIDE or part.at[-1] < place + BESIDE:
         raise IllConditioned(
             "too little of the membrane is seen on one side of the bend; press so that the edge lies nearer to the middle of the membrane"
         )
 
 
-def _linear(part: Profile, place: float, length: float, curved: bool = False) -> tuple[Array, Array]:
+def _linear(part: HeightProfile, place: float, length: float, curved: bool = False) -> tuple[Array, Array]:
     """Return height, slope, its change, the far and perhaps the near curvature of a bend, and the weighted residuals (n,), m."""
     design, weights = _design(part, place, length, curved)
     fit = np.asarray(np.linalg.lstsq(design, part.height * weights, rcond=None)[0], dtype=np.float64)
     return fit, design @ fit - part.height * weights
 
 
-def _design(part: Profile, place: float, length: float, curved: bool) -> tuple[Array, Array]:
+def _design(part: HeightProfile, place: float, length: float, curved: bool) -> tuple[Array, Array]:
     """Return (n, k): the weighted heights that each number of a bend adds, and the weights (n,)."""
     u = part.at - place
     beyond = np.maximum(u, 0.0)
@@ -163,7 +163,7 @@ def _design(part: Profile, place: float, length: float, curved: bool) -> tuple[A
     return np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2, *near]) * weights[:, None], weights
 
 
-def _slopes(part: Profile, place: float, length: float, curved: bool) -> Array:
+def _slopes(part: HeightProfile, place: float, length: float, curved: bool) -> Array:
     """Return (n, 2): how the weighted residuals change with place and length while the other numbers fit (Golub and Pereyra, 1973)."""
     design, weights = _design(part, place, length, curved)
     u = part.at - place

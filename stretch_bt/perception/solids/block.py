@@ -14,7 +14,7 @@ from stretch_bt.perception.solids.corner import Corner, fit_corner
 from stretch_bt.perception.solids.outline import RAYS, Fitted, nearest_views
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = ["block", "disc"]
 
@@ -28,7 +28,7 @@ BAND = 1.5e-3  # m to either side of a ray
 FEWEST = 10  # edges around a disc
 
 
-def block(views: list[View], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+def block(views: list[SolidView], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
     """Return length, width and height of a flat top with a rectangular outline, and its heading in `outline`.
 
     Raises
@@ -56,7 +56,7 @@ def _span(ends: list[list[Corner]], fillet: tuple[float, float]) -> Dimension:
 
 
 def _edges(
-    views: list[View], middle: Array, outward: Array, half: float, across: float, fillet: tuple[float, float]
+    views: list[SolidView], middle: Array, outward: Array, half: float, across: float, fillet: tuple[float, float]
 ) -> list[Corner]:
     """Return a side as the views show it, from the middle."""
     found = []
@@ -81,7 +81,7 @@ def _height(ends: list[list[Corner]], floor: float, fillet: tuple[float, float])
     return Dimension(found.value, math.hypot(found.sd, common, floor, SHARED), found.steps)
 
 
-def disc(views: list[View], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+def disc(views: list[SolidView], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
     """Return radius, diameter and height of a flat top with a round outline.
 
     Raises
@@ -101,7 +101,7 @@ def disc(views: list[View], outline: Fitted, floor: float, fillet: tuple[float, 
     return {"radius": radius, "diameter": diameter, "height": _height([found], floor, fillet)}
 
 
-def _around(views: list[View], outline: Fitted, fillet: tuple[float, float]) -> Iterator[Corner]:
+def _around(views: list[SolidView], outline: Fitted, fillet: tuple[float, float]) -> Iterator[Corner]:
     """Yield the edge of a disc all around, as the views nearest to it show it."""
     radius = outline.sizes[0]
     for view in nearest_views(views, outline.middle):

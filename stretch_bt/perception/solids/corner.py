@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.solids.bend import Bend, fit_bend
-from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.profile import HeightProfile
 from stretch_bt.perception.solids.result import Dimension
 
 __all__ = ["Corner", "fit_corner"]
@@ -47,7 +47,7 @@ class Corner:
         return 1.0 - math.cos(self.lean)
 
 
-def fit_corner(profile: Profile, start: float, fillet: float, *, reach: float) -> Corner:
+def fit_corner(profile: HeightProfile, start: float, fillet: float, *, reach: float) -> Corner:
     """Fit the bend of a profile over an edge near a place, m, whose fillet has a radius, m.
 
     An edge holds a membrane by a force that halves the angle between the straight parts to either side. One that resists bending
@@ -85,10 +85,10 @@ def _lean(bend: Bend) -> float:
     return -(math.atan(bend.near) + math.atan(bend.far)) / 2
 
 
-def _turned(profile: Profile, place: float, height: float, lean: float) -> Profile:
+def _turned(profile: HeightProfile, place: float, height: float, lean: float) -> HeightProfile:
     """Return a profile in axes whose second one leans outwards, rad, from a place and a height, m."""
     c, s = math.cos(lean), math.sin(lean)
     u, w = profile.at - place, profile.height - height
     along, up = c * u - s * w, s * u + c * w
     order = np.argsort(along)
-    return Profile(along[order], up[order], profile.count[order], profile.noise)
+    return HeightProfile(along[order], up[order], profile.count[order], profile.noise)

@@ -12,10 +12,10 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.solids.arc import Arc, fit_arc
 from stretch_bt.perception.solids.bend import Bend, fit_bend, search_bend
 from stretch_bt.perception.solids.conformity import beyond_end
-from stretch_bt.perception.solids.profile import Profile, profile_of
+from stretch_bt.perception.solids.profile import HeightProfile, profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.top import Top
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = ["Crest", "crest_of", "evidence_of_crest", "half_cylinder", "ridge", "unlike_crest", "unlike_half_cylinder"]
 
@@ -51,7 +51,7 @@ class Crest:
     layer: float
 
 
-def crest_of(views: list[View], top: Top) -> Crest:
+def crest_of(views: list[SolidView], top: Top) -> Crest:
     """Return the cross-section of a crest by the views that show it.
 
     Raises
@@ -73,7 +73,7 @@ def crest_of(views: list[View], top: Top) -> Crest:
     return Crest(top, bends, arcs, _radius(arcs), float(np.median([b.length for b in bends])))
 
 
-def _arc(profile: Profile, bent: float) -> Arc:
+def _arc(profile: HeightProfile, bent: float) -> Arc:
     """Return the arc that fits a profile best, begun at the crest or, m, where it seems to bend: a wide one bends nowhere."""
     return min(
         (fit_arc(profile, start, reach=REACH, layer=(LAYER, LAYER_SD)) for start in (0.0, bent)), key=lambda a: a.rms
@@ -121,12 +121,14 @@ def unlike_half_cylinder(crest: Crest) -> str:
     return unlike_crest(crest)
 
 
-def ridge(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+def ridge(views: list[SolidView], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
     """Return the length and the height of a ridge."""
     return {"length": _length(views, crest, fillet, sharp=True), "height": _height(crest, floor)}
 
 
-def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+def half_cylinder(
+    views: list[SolidView], crest: Crest, floor: float, fillet: tuple[float, float]
+) -> dict[str, Dimension]:
     """Return length, radius and height of a half-cylinder that lies on its flat side.
 
     Its radius is the mean of its arc's radius and of its height, where these agree; else the arc's radius.
@@ -151,7 +153,7 @@ def _height(crest: Crest, floor: float) -> Dimension:
     return pooled(found, math.hypot(floor, SHARED))
 
 
-def _length(views: list[View], crest: Crest, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
+def _length(views: list[SolidView], crest: Crest, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
     found = [_end(views, crest, sign, fillet[0], sharp=sharp) for sign in (1.0, -1.0)]
     ends = [end for end, _ in found]
     steps = {"membrane": sum(e.steps["membrane"] for e in ends)}
@@ -160,7 +162,7 @@ def _length(views: list[View], crest: Crest, fillet: tuple[float, float], *, sha
     return Dimension(sum(e.value for e in ends), math.hypot(common, *(e.sd for e in ends)), steps)
 
 
-def _end(views: list[View], crest: Crest, sign: float, fillet: float, *, sharp: bool) -> tuple[Dimension, float]:
+def _end(views: list[SolidView], crest: Crest, sign: float, fillet: float, *, sharp: bool) -> tuple[Dimension, float]:
     """Return how far an end of the crest is from its middle, m, by the views that show it, and its change over the fillet's radius."""
     top, found, beyonds = crest.top, [], []
     for view in views:

@@ -14,7 +14,7 @@ from stretch_bt.perception.solids.bend import LONGEST, fit_bend
 from stretch_bt.perception.solids.crest import LAYER, LAYER_SD, PLAIN
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = ["Dome", "domes", "domes_of", "evidence_of_domes", "point", "radii_of"]
 
@@ -45,7 +45,7 @@ class Dome:
     layer: float
 
 
-def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
+def domes_of(views: list[SolidView], peaks: list[Array]) -> list[Dome]:
     """Return the dome at each peak that a view shows.
 
     Raises
@@ -64,7 +64,7 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
     return found
 
 
-def _dome(views: list[View], hump: Array) -> Dome:
+def _dome(views: list[SolidView], hump: Array) -> Dome:
     peak, height, lying = _climbed(views, hump)
     nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - peak))))
     close = [v for v in nearest if np.hypot(*(v.hand[:2] - peak)) < MOST] or nearest[:1]
@@ -80,7 +80,7 @@ def _dome(views: list[View], hump: Array) -> Dome:
     return Dome(peak, height, float(np.median(lying)), float(np.median(layers)))
 
 
-def _climbed(views: list[View], hump: Array) -> tuple[Array, Dimension, list[float]]:
+def _climbed(views: list[SolidView], hump: Array) -> tuple[Array, Dimension, list[float]]:
     """Return the place of the peak of a hump, whose most curved place is beside it, with its height and the radii of curvature there."""
     peak, known = hump, _lying(views, hump)
     for _ in range(CLIMBS):
@@ -94,7 +94,7 @@ def _climbed(views: list[View], hump: Array) -> tuple[Array, Dimension, list[flo
     return peak, known[0], known[1]
 
 
-def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float], Array]:
+def _lying(views: list[SolidView], peak: Array) -> tuple[Dimension, list[float], Array]:
     """Return the height of a peak, the radius of curvature, m, that each view shows, and the way to the peak (2,), m, by the views that lie on it."""
     tops, radii, ways = [], [], []
     for view in views:
@@ -114,7 +114,7 @@ def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float], Arra
     return known, [radius for radius, on in zip(radii, lies, strict=True) if on], way
 
 
-def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float], Array]:
+def _vertex(view: SolidView, peak: Array) -> tuple[float, tuple[float, float], Array]:
     """Return the height of a quadric's highest point near a peak, m, its curvatures, 1/m, and the way to that point (2,), m."""
     away = view.points[:, :2] - peak
     near = np.hypot(*away.T) < PATCH

@@ -30,7 +30,7 @@ from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
 from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
 from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
 from stretch_bt.perception.solids.unlike import unlike_circle, unlike_rectangle
-from stretch_bt.perception.solids.views import View, views_of
+from stretch_bt.perception.solids.views import SolidView, views_of
 from stretch_bt.perception.solids.wire import is_hollow, wire_circle, wire_triangle
 from stretch_bt.perception.types import CLOUD, MADE, Contact
 
@@ -52,7 +52,9 @@ MARGIN = 10e-3  # m beyond the top within which its outline is sought
 class _Case:
     """The data by which all kinds of shapes are judged."""
 
-    def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float], relief: Relief | None) -> None:
+    def __init__(
+        self, views: list[SolidView], cloud: Cloud, fillet: tuple[float, float], relief: Relief | None
+    ) -> None:
         self.views, self.cloud, self.fillet, self.relief = views, cloud, fillet, relief
         self.floor = math.hypot(cloud.floor, HANG_SD)
         self.heights = height_map(views)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.solids.bend import CONVERGED, Bend, search_bend
 from stretch_bt.perception.solids.profile import profile_of
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = [
     "RAYS",
@@ -55,7 +55,7 @@ class Fitted:
     evidence: float
 
 
-def rays_of(views: list[View], middle: Array, reach: float) -> Rays:
+def rays_of(views: list[SolidView], middle: Array, reach: float) -> Rays:
     """Return the bends around a middle (2,), m, by the views whose hands stood nearest to it; `reach`, m, is how far out they may be.
 
     Raises
@@ -82,7 +82,7 @@ def rays_of(views: list[View], middle: Array, reach: float) -> Rays:
     return Rays(np.array(places), np.array(directions), bends)
 
 
-def nearest_views(views: list[View], middle: Array, most: int = 3) -> list[View]:
+def nearest_views(views: list[SolidView], middle: Array, most: int = 3) -> list[SolidView]:
     """Return the views whose hands stood nearest to a middle (2,), m."""
     return sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - middle))))[:most]
 

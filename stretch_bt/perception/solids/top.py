@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = ["Height", "Top", "height_map", "peaks_of", "top_of"]
 
@@ -58,7 +58,7 @@ class Top:
     another: Array | None
 
 
-def height_map(views: list[View]) -> Height:
+def height_map(views: list[SolidView]) -> Height:
     """Return the lowest membrane over each place: no object stands above any."""
     every = np.concatenate([view.points[:, :2] for view in views])
     corner = np.floor(every.min(axis=0) / CELL) * CELL
@@ -75,7 +75,7 @@ def height_map(views: list[View]) -> Height:
     return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner)
 
 
-def peaks_of(grid: Height, views: list[View], low: float) -> list[Array]:
+def peaks_of(grid: Height, views: list[SolidView], low: float) -> list[Array]:
     """Return the places (2,), m, of humps that were felt above a height, m, the highest first; `grid` is the height map of the views.
 
     A small dome beside a large one makes no summit under a membrane; that the surface is most curved there shows it. Free

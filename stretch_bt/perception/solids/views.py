@@ -12,7 +12,7 @@ from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import CONTACT, INVALID, Contact
 
-__all__ = ["View", "view_of", "views_of"]
+__all__ = ["SolidView", "view_of", "views_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -21,7 +21,7 @@ FEWEST = 200  # points
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class SolidView:
     """Points (n, 3), m, of the membrane in the world, where it touches, and where the hand stood (3,), m.
 
     `noise`, m, is the standard deviation of one point's height, `shared`, m, the standard deviation of an error that all share.
@@ -39,7 +39,7 @@ class View:
         return float(np.quantile(self.points[self.touching, 2], 0.98))
 
 
-def view_of(contact: Contact) -> View:
+def view_of(contact: Contact) -> SolidView:
     """Return the surface of a contact in the world.
 
     Raises
@@ -61,10 +61,10 @@ def view_of(contact: Contact) -> View:
     world = to_world(points[kept], contact.pose)
     area = max(contact.noise_area, 1.0)
     shared = contact.noise * float(np.sqrt(min(area / max(len(contact.points), 1), 1.0)))
-    return View(world, labels[kept] == CONTACT, np.array(contact.pose.position), max(contact.noise, 1e-6), shared)
+    return SolidView(world, labels[kept] == CONTACT, np.array(contact.pose.position), max(contact.noise, 1e-6), shared)
 
 
-def views_of(contacts: Iterable[Contact]) -> list[View]:
+def views_of(contacts: Iterable[Contact]) -> list[SolidView]:
     """Return the surfaces of contacts in the world.
 
     Raises

@@ -13,7 +13,7 @@ from stretch_bt.perception.solids.conformity import inside_wire
 from stretch_bt.perception.solids.outline import Fitted, Rays, circle_outline
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, Solid, pooled
-from stretch_bt.perception.solids.views import View
+from stretch_bt.perception.solids.views import SolidView
 
 __all__ = ["is_hollow", "no_wire_there", "wire_circle", "wire_triangle"]
 
@@ -26,7 +26,7 @@ WINDOW = 10e-3  # m
 BESIDE = 1e-3  # m beyond a wire within which points felt belong to it
 
 
-def is_hollow(views: list[View], middle: Array, size: float) -> bool:
+def is_hollow(views: list[SolidView], middle: Array, size: float) -> bool:
     """Whether a flat outline of some size, m, has no face: inside a wire the membrane hangs lower in the middle than near the wire."""
     found = []
     for view in views:
@@ -49,7 +49,9 @@ def wire_circle(rays: Rays, floor: float, wire: tuple[float, float]) -> dict[str
     return {"radius": Dimension(radius, sd, {"membrane": radius - seen}), "height": _height(rays.bends, floor)}
 
 
-def wire_triangle(views: list[View], outline: Fitted, floor: float, wire: tuple[float, float]) -> dict[str, Dimension]:
+def wire_triangle(
+    views: list[SolidView], outline: Fitted, floor: float, wire: tuple[float, float]
+) -> dict[str, Dimension]:
     """Return the mean side of a triangle of wire, along the middle of the wire with sharp corners, and the height of its top.
 
     Raises
@@ -74,7 +76,7 @@ def wire_triangle(views: list[View], outline: Fitted, floor: float, wire: tuple[
 
 
 def _side(
-    views: list[View], middle: Array, outward: Array, away: float, wire: float
+    views: list[SolidView], middle: Array, outward: Array, away: float, wire: float
 ) -> tuple[Dimension, list[Bend], float]:
     """Return how far a side is from the middle, m, its bends, and its change over the change of the wire's radius."""
     found, bends, shares = [], [], []

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import RecordError
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.runtime.record.folder import FORMAT, damaged, refuse
-from stretch_bt.units import is_number
 
 __all__ = ["Mark", "Written"]
 

@@ -13,7 +13,7 @@ from stretch_bt.errors import NodeError
 from stretch_bt.runtime.cut_off import CutOff
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.replay.log import Diverged
-from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.types import Family, Type, from_annotation
 from stretch_bt.units import Estimate

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.runtime.record.places import Places
 from stretch_bt.runtime.record.plain import plain
-from stretch_bt.units import is_number
 
 __all__ = ["ANGLES", "RELATIVE", "Comparison", "compare"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stretch_bt.runtime.report.scale import ticks
+from stretch_bt.draw.axes import Frame, columns, rows, words
+from stretch_bt.draw.scale import Linear
 from stretch_bt.runtime.report.text import escape, number
 
 __all__ = ["Line", "Mark", "chart"]
@@ -38,28 +39,13 @@ class Mark:
     hollow: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """Maps both quantities to the drawing."""
-
-    across: tuple[float, float]
-    up: tuple[float, float]
-
-    def x(self, value: float) -> float:
-        low, high = self.across
-        return LEFT + (WIDTH - LEFT - RIGHT) * (value - low) / (high - low)
-
-    def y(self, value: float) -> float:
-        low, high = self.up
-        return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * (value - low) / (high - low)
-
-
 def chart(name: str, across: str, up: str, lines: Sequence[Line], marks: Sequence[Mark]) -> str:
     """Return the figure, with 0 on both axes; `across` and `up` name them with their units."""
     xs = [x for line in lines for x, _ in line.points] + [m.x + s * m.x_sd for m in marks for s in (-1, 1)]
     ys = [y for line in lines for _, y in line.points] + [m.y + s * m.y_sd for m in marks for s in (-1, 1)]
-    frame = _Frame(_range(xs), _range(ys))
-    drawing = _axes(frame, across, up) + "".join(_line(frame, line) for line in lines if line.points)
+    below, beside = Linear(*_range(xs), LEFT, WIDTH - RIGHT), Linear(*_range(ys), HEIGHT - BOTTOM, TOP)
+    frame = Frame(below, beside)
+    drawing = _axes(below, beside, across, up) + "".join(_line(frame, line) for line in lines if line.points)
     drawing += "".join(_mark(frame, mark) for mark in marks)
     named = {line.name: line.color for line in lines if line.name}
     legend = "".join(f'<span><i style="background:{color}"></i>{escape(text)}</span>' for text, color in named.items())
@@ -73,33 +59,27 @@ def _range(values: Sequence[float]) -> tuple[float, float]:
     return (low - margin if low < 0 else 0.0), high + margin
 
 
-def _axes(frame: _Frame, across: str, up: str) -> str:
+def _axes(xs: Linear, ys: Linear, across: str, up: str) -> str:
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
-    parts = []
-    for value in ticks(*frame.up, 6):
-        y = frame.y(value)
-        parts.append(f'<path class="g" d="M{LEFT} {y:.1f}H{right}"/>')
-        parts.append(f'<text class="r" x="{LEFT - 6}" y="{y + 3.5:.1f}">{number(value, 5)}</text>')
-    for value in ticks(*frame.across, 7):
-        x = frame.x(value)
-        parts.append(f'<path class="g" d="M{x:.1f} {TOP}V{bottom}"/>')
-        parts.append(f'<text class="c" x="{x:.1f}" y="{bottom + 15}">{number(value, 5)}</text>')
-    parts.append(f'<text class="c" x="{(LEFT + right) / 2:.1f}" y="{HEIGHT - 6}">{escape(across)}</text>')
-    parts.append(f'<text x="4" y="12">{escape(up)}</text>')
-    return "".join(parts)
+    return (
+        rows([(ys.place(value), number(value, 5)) for value in ys.ticks(6)], LEFT, right)
+        + columns([(xs.place(value), number(value, 5)) for value in xs.ticks(7)], TOP, bottom, bottom + 15)
+        + words((LEFT + right) / 2, HEIGHT - 6, across, "c")
+        + words(4, 12, up)
+    )
 
 
-def _line(frame: _Frame, line: Line) -> str:
+def _line(frame: Frame, line: Line) -> str:
     path = "L".join(f"{frame.x(x):.1f} {frame.y(y):.1f}" for x, y in line.points)
     dashes = ";stroke-dasharray:4 3;stroke-width:1.1" if line.dashed else ""
     return f'<path class="l" style="stroke:{line.color}{dashes}" d="M{path}"/>'
 
 
-def _mark(frame: _Frame, mark: Mark) -> str:
+def _mark(frame: Frame, mark: Mark) -> str:
     x, y = frame.x(mark.x), frame.y(mark.y)
     bars = f"M{frame.x(mark.x - mark.x_sd):.1f} {y:.1f}H{frame.x(mark.x + mark.x_sd):.1f}"
     bars += f"M{x:.1f} {frame.y(mark.y - mark.y_sd):.1f}V{frame.y(mark.y + mark.y_sd):.1f}"
-    label = f'<text x="{x + 5:.1f}" y="{y + 14:.1f}">{escape(mark.label)}</text>' if mark.label else ""
+    label = words(x + 5, y + 14, mark.label) if mark.label else ""
     look = f"fill:none;stroke:{mark.color};stroke-width:1.6" if mark.hollow else f"fill:{mark.color}"
     title = f"<title>{escape(mark.title)}</title>" if mark.title else ""
     circle = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from stretch_bt.draw.axes import BASELINE, words
 from stretch_bt.runtime.report.text import escape, number
 
 __all__ = ["Map", "Tile", "heatmaps", "tint"]
@@ -48,27 +49,25 @@ def heatmaps(name: str, across: str, down: str, maps: Sequence[Map], most: float
     rows = sorted({tile.down for one in maps for tile in one.tiles})
     width = (WIDTH - LEFT) / max(len(maps), 1) - GAP
     step, height = width / max(len(columns), 1), TOP + ROW * len(rows)
-    parts = [_rows(rows), f'<text x="2" y="10">{escape(down)}</text>']
+    parts = [_rows(rows), words(2, 10, down)]
     for k, one in enumerate(maps):
         left = LEFT + k * (width + GAP)
-        parts.append(f'<text class="c" x="{left + width / 2:.1f}" y="{TOP - 5}">{escape(one.name)}</text>')
+        parts.append(words(left + width / 2, TOP - 5, one.name, "c"))
         parts += [
             _tile(tile, left + step * columns.index(tile.across), TOP + ROW * rows.index(tile.down), step, most)
             for tile in one.tiles
         ]
         parts += [
-            f'<text class="c" x="{left + step * (c + 0.5):.1f}" y="{height + 12}">{number(columns[c], 3)}</text>'
-            for c in _few(len(columns), 3)
+            words(left + step * (c + 0.5), height + 12, number(columns[c], 3), "c") for c in _few(len(columns), 3)
         ]
-    parts.append(f'<text class="c" x="{(LEFT + WIDTH) / 2:.1f}" y="{height + 27}">{escape(across)}</text>')
+    parts.append(words((LEFT + WIDTH) / 2, height + 27, across, "c"))
     drawing = f'<svg viewBox="0 0 {WIDTH} {height + BOTTOM}">{"".join(parts)}</svg>'
     return f"<figure><figcaption><b>{escape(name)}</b></figcaption>{drawing}</figure>"
 
 
 def _rows(rows: Sequence[float]) -> str:
     return "".join(
-        f'<text class="r" x="{LEFT - 4}" y="{TOP + ROW * (r + 0.5) + 3.5:.1f}">{number(rows[r], 3)}</text>'
-        for r in _few(len(rows), 8)
+        words(LEFT - 4, TOP + ROW * (r + 0.5) + BASELINE, number(rows[r], 3), "r") for r in _few(len(rows), 8)
     )
 
 

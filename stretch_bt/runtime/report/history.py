@@ -9,8 +9,9 @@ from typing import Any
 
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.runtime.record import RecordReader
-from stretch_bt.units import KINDS, Kind, is_number
+from stretch_bt.units import KINDS, Kind
 
 __all__ = ["Frames", "History", "Series", "Span", "gather"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.runtime.report.text import escape, number, table, with_sd
-from stretch_bt.units import is_number
 
 __all__ = ["outputs"]
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from stretch_bt.draw.axes import Frame, columns, rows
+from stretch_bt.draw.scale import Linear
 from stretch_bt.runtime.report.history import Series
-from stretch_bt.runtime.report.scale import ticks
 from stretch_bt.runtime.report.text import escape, number, seconds
 
 __all__ = ["plot"]
@@ -17,30 +16,15 @@ COLUMNS = 500
 Point = tuple[float, float, float | None]
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """Maps time, s, and value, in the unit shown, to the drawing."""
-
-    start: float
-    end: float
-    low: float
-    high: float
-
-    def x(self, time: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * (time - self.start) / (self.end - self.start)
-
-    def y(self, value: float) -> float:
-        return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * (value - self.low) / (self.high - self.low)
-
-
 def plot(series: Series, start: float, end: float) -> str:
     """Return the figure of a series over a time range, s."""
     scale, unit = (series.kind.scale, series.kind.unit) if series.kind else (1.0, "SI")
     shown = [(t, v / scale, None if sd is None else sd / scale) for t, v, sd in series.points]
-    frame = _Frame(start, end if end > start else start + 1.0, *_range(shown))
-    points = _thin(shown, frame)
+    times = Linear(start, end if end > start else start + 1.0, LEFT, WIDTH - RIGHT)
+    values = Linear(*_range(shown), HEIGHT - BOTTOM, TOP)
+    frame, points = Frame(times, values), _thin(shown, times)
     last = f"{number(shown[-1][1])} {escape(unit) if series.kind else ''}"
-    drawing = _grid(frame) + _band(points, frame) + _line(points, frame)
+    drawing = _grid(times, values) + _band(points, frame, times.high) + _line(points, frame)
     caption = f"<b>{escape(series.name)}</b> <span>{escape(unit)}</span><em>{last}</em>"
     return f'<figure><figcaption>{caption}</figcaption><svg viewBox="0 0 {WIDTH} {HEIGHT}">{drawing}</svg></figure>'
 
@@ -52,13 +36,13 @@ def _range(points: list[Point]) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _thin(points: list[Point], frame: _Frame) -> list[Point]:
+def _thin(points: list[Point], times: Linear) -> list[Point]:
     """Keep of each column of the drawing the first, the least, the greatest and the last."""
     if len(points) <= 4 * COLUMNS:
         return points
     columns: dict[int, list[int]] = {}
     for index, (time, _, _) in enumerate(points):
-        columns.setdefault(int(COLUMNS * (time - frame.start) / (frame.end - frame.start)), []).append(index)
+        columns.setdefault(int(COLUMNS * (time - times.low) / (times.high - times.low)), []).append(index)
     kept: set[int] = set()
     for indices in columns.values():
         kept |= {indices[0], indices[-1]}
@@ -66,18 +50,11 @@ def _thin(points: list[Point], frame: _Frame) -> list[Point]:
     return [points[index] for index in sorted(kept)]
 
 
-def _grid(frame: _Frame) -> str:
-    bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
-    parts = []
-    for value in ticks(frame.low, frame.high, 4):
-        y = frame.y(value)
-        parts.append(f'<path class="g" d="M{LEFT} {y:.1f}H{right}"/>')
-        parts.append(f'<text class="r" x="{LEFT - 6}" y="{y + 3.5:.1f}">{number(value, 5)}</text>')
-    for time in ticks(frame.start, frame.end, 6):
-        x = frame.x(time)
-        parts.append(f'<path class="g" d="M{x:.1f} {TOP}V{bottom}"/>')
-        parts.append(f'<text class="c" x="{x:.1f}" y="{bottom + 15}">{seconds(time)} s</text>')
-    return "".join(parts)
+def _grid(times: Linear, values: Linear) -> str:
+    across = [(times.place(time), f"{seconds(time)} s") for time in times.ticks(6)]
+    up = [(values.place(value), number(value, 5)) for value in values.ticks(4)]
+    bottom = HEIGHT - BOTTOM
+    return rows(up, LEFT, WIDTH - RIGHT) + columns(across, TOP, bottom, bottom + 15)
 
 
 def _steps(points: list[tuple[float, float]]) -> str:
@@ -86,17 +63,17 @@ def _steps(points: list[tuple[float, float]]) -> str:
     return "".join(moves)
 
 
-def _line(points: list[Point], frame: _Frame) -> str:
+def _line(points: list[Point], frame: Frame) -> str:
     places = [(frame.x(time), frame.y(value)) for time, value, _ in points]
-    path = f'<path class="l" d="{_steps(places)}H{frame.x(frame.end):.1f}"/>'
+    path = f'<path class="l" d="{_steps(places)}H{WIDTH - RIGHT:.1f}"/>'
     dots = places if len(places) <= 60 else places[-1:]
     return path + "".join(f'<circle class="d" cx="{x:.1f}" cy="{y:.1f}" r="1.8"/>' for x, y in dots)
 
 
-def _band(points: list[Point], frame: _Frame) -> str:
+def _band(points: list[Point], frame: Frame, end: float) -> str:
     bars = [
         f"M{frame.x(t):.1f} {frame.y(v - sd):.1f}H{frame.x(until):.1f}V{frame.y(v + sd):.1f}H{frame.x(t):.1f}Z"
-        for (t, v, sd), until in zip(points, [*(p[0] for p in points[1:]), frame.end], strict=True)
+        for (t, v, sd), until in zip(points, [*(p[0] for p in points[1:]), end], strict=True)
         if sd
     ]
     return f'<path class="b" d="{"".join(bars)}"/>' if bars else ""

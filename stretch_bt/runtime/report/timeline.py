@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from stretch_bt.draw.axes import columns
+from stretch_bt.draw.scale import Linear
 from stretch_bt.runtime.report.history import Span
-from stretch_bt.runtime.report.scale import ticks
 from stretch_bt.runtime.report.text import escape, seconds
 
 __all__ = ["legend", "timeline"]
@@ -19,11 +20,12 @@ def timeline(spans: dict[str, list[Span]], start: float, end: float) -> str:
         return ""
     end = end if end > start else start + 1.0
     height = TOP + ROW * len(rows) + 6
-    scale = (WIDTH - LABELS - RIGHT) / (end - start)
-    parts = [_axis(start, end, scale, height)]
+    times = Linear(start, end, LABELS, WIDTH - RIGHT)
+    marks = [(times.place(time), f"{seconds(time)} s") for time in times.ticks(9)]
+    parts = [columns(marks, TOP - 4, height - 4, TOP - 9)]
     for index, (path, depth) in enumerate(rows):
         parts.append(_label(path, depth, index))
-        parts += [_bar(path, span, index, LABELS + scale * (span.start - start), scale) for span in spans.get(path, [])]
+        parts += [_bar(path, span, index, times) for span in spans.get(path, [])]
     return f'<svg class="t" viewBox="0 0 {WIDTH} {height}">{"".join(parts)}</svg>'
 
 
@@ -54,15 +56,6 @@ def _rows(paths: list[str]) -> list[tuple[str, int]]:
     return rows
 
 
-def _axis(start: float, end: float, scale: float, height: int) -> str:
-    parts = []
-    for time in ticks(start, end, 9):
-        x = LABELS + scale * (time - start)
-        parts.append(f'<path class="g" d="M{x:.1f} {TOP - 4}V{height - 4}"/>')
-        parts.append(f'<text class="c" x="{x:.1f}" y="{TOP - 9}">{seconds(time)} s</text>')
-    return "".join(parts)
-
-
 def _label(path: str, depth: int, index: int) -> str:
     name = path.rpartition("/")[2]
     indent = 6 + 11 * depth
@@ -73,8 +66,9 @@ def _label(path: str, depth: int, index: int) -> str:
     return f'{shade}<text x="{indent}" y="{y + 12.5}">{escape(shown)}<title>{escape(path)}</title></text>'
 
 
-def _bar(path: str, span: Span, index: int, x: float, scale: float) -> str:
-    width = max(scale * (span.end - span.start), MARK)
+def _bar(path: str, span: Span, index: int, times: Linear) -> str:
+    x = times.place(span.start)
+    width = max(times.place(span.end) - x, MARK)
     shift = 0 if span.status == "RUNNING" else MARK / 2
     y = TOP + ROW * index + 3
     when = f"{seconds(span.start)} s" if span.end == span.start else f"{seconds(span.start)} to {seconds(span.end)} s"

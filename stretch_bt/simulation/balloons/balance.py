@@ -13,7 +13,7 @@ from stretch_bt.simulation.balloons.elements import foundation, skin, tensions, 
 if TYPE_CHECKING:
     from stretch_bt.simulation.balloons.cap import Cap
 
-__all__ = ["Balance", "CapState"]
+__all__ = ["CapBalance", "CapState"]
 
 Array = npt.NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class CapState(NamedTuple):
         return float(np.interp(-self.hand, -z, r)) if z[0] > self.hand else 0.0
 
 
-class Balance:
+class CapBalance:
     """The equations of a cap in its unknown node positions, pressure, and height of the hand.
 
     Without a drop the hand stays where it is. Before the cap is `inflated` its volume is the
@@ -178,7 +178,7 @@ class Balance:
 
     def _stiffness(self, unknown: Array) -> float:
         """Return the slope of the force by the drop, from the equations' own derivatives."""
-        problem = self if self.drop is not None else Balance(self.cap, 0.0)
+        problem = self if self.drop is not None else CapBalance(self.cap, 0.0)
         _, matrix, _, _ = problem.system(unknown)
         load = np.zeros(self.size)
         load[self.hand] = -1.0

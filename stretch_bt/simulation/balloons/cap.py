@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
-from stretch_bt.simulation.balloons.balance import Balance, CapState
+from stretch_bt.simulation.balloons.balance import CapBalance, CapState
 from stretch_bt.simulation.balloons.filling import Filling, Liquid
 
 __all__ = ["HAND", "PLATE", "Cap"]
@@ -72,7 +72,7 @@ class Cap:
     @cached_property
     def free(self) -> CapState:
         """The cap that nothing touches, inflated to the volume of the hemisphere; its pressure is the given one but for the mesh."""
-        problem = Balance(self, None, inflated=False)
+        problem = CapBalance(self, None, inflated=False)
         unknown = problem.solve(problem.packed(self.sphere, self.pressure, 2 * self.radius))
         return problem.state(unknown, 0.0)
 
@@ -101,7 +101,7 @@ class Cap:
     def _touch(self, drop: float) -> CapState:
         """Return a first state in contact, at most at this drop: the hand is lowered by a given way, which drops less."""
         way = min(drop, _FIRST * self.radius)
-        problem = Balance(self, None)
+        problem = CapBalance(self, None)
         top = float(self.free.nodes[0, 1])
         while way >= _LEAST_STEP * self.radius:
             try:
@@ -134,7 +134,7 @@ class Cap:
         return state._replace(iterations=rounds)
 
     def _step(self, state: CapState, before: CapState | None, aim: float) -> CapState:
-        problem = Balance(self, aim)
+        problem = CapBalance(self, aim)
         guess = problem.packed(state.nodes, state.pressure, state.hand)
         if before is not None and before.drop != state.drop:
             part = (aim - state.drop) / (state.drop - before.drop)

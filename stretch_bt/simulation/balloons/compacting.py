@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stretch_bt.simulation.balloons.largest import Pressed, RemembersLargest
+from stretch_bt.simulation.balloons.largest import LargestDrop, RemembersLargest
 from stretch_bt.simulation.objects.response import Law, Response
 
 __all__ = ["Compacting"]
@@ -19,7 +19,7 @@ class Compacting(RemembersLargest):
         super().__init__(inner)
         self.ratio = ratio
 
-    def law(self, state: Pressed, dt: float) -> Law:
+    def law(self, state: LargestDrop, dt: float) -> Law:
         """Return the force of the grains as they lie."""
         first, largest = self.inner.law(state.inner, dt), state.largest
         rest = self._set(largest)
@@ -34,7 +34,7 @@ class Compacting(RemembersLargest):
 
         return force
 
-    def rest(self, state: Pressed, dt: float) -> float:
+    def rest(self, state: LargestDrop, dt: float) -> float:
         """Return the set, m."""
         return max(self._set(state.largest), self.inner.rest(state.inner, dt))
 

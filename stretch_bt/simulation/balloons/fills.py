@@ -10,7 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from stretch_bt.simulation.balloons.filling import ATMOSPHERE, Gas
 from stretch_bt.simulation.balloons.laws import hertz, no_force
 from stretch_bt.simulation.objects.response import Law
-from stretch_bt.units import Pressure, Time, Volume, Within
+from stretch_bt.units import Pressure, Time, Volume
+from stretch_bt.within import Within
 
 __all__ = ["Air", "AnyFill", "Fill", "Pudding", "Seeds", "Water", "cap_volume"]
 

@@ -9,11 +9,11 @@ from typing import Any
 from stretch_bt.simulation.balloons.memory import longest_step
 from stretch_bt.simulation.objects.response import Response
 
-__all__ = ["Pressed", "RemembersLargest"]
+__all__ = ["LargestDrop", "RemembersLargest"]
 
 
 @dataclass(frozen=True, slots=True)
-class Pressed:
+class LargestDrop:
     """The largest drop so far, m, and the state of the response within."""
 
     largest: float
@@ -27,18 +27,18 @@ class RemembersLargest(Response, ABC):
         self.inner = inner
         self.memory = longest_step(inner, float("inf"))
 
-    def start(self) -> Pressed:
+    def start(self) -> LargestDrop:
         """Nothing has pushed."""
-        return Pressed(0.0, self.inner.start())
+        return LargestDrop(0.0, self.inner.start())
 
-    def kinks(self, state: Pressed) -> tuple[float, ...]:
+    def kinks(self, state: LargestDrop) -> tuple[float, ...]:
         """Return where it was pressed to, m."""
         return (state.largest, *self.inner.kinks(state.inner))
 
-    def after(self, state: Pressed, drop: float, dt: float) -> Pressed:
+    def after(self, state: LargestDrop, drop: float, dt: float) -> LargestDrop:
         """Return the state after a step."""
-        return Pressed(max(state.largest, drop), self.inner.after(state.inner, drop, dt))
+        return LargestDrop(max(state.largest, drop), self.inner.after(state.inner, drop, dt))
 
-    def rest(self, state: Pressed, dt: float) -> float:
+    def rest(self, state: LargestDrop, dt: float) -> float:
         """Return the rest of the response within, m."""
         return self.inner.rest(state.inner, dt)

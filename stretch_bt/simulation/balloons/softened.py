@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stretch_bt.simulation.balloons.largest import Pressed, RemembersLargest
+from stretch_bt.simulation.balloons.largest import LargestDrop, RemembersLargest
 from stretch_bt.simulation.objects.response import Law, Response
 
 __all__ = ["Softened"]
@@ -19,7 +19,7 @@ class Softened(RemembersLargest):
         super().__init__(inner)
         self.part, self.share = part, share
 
-    def law(self, state: Pressed, dt: float) -> Law:
+    def law(self, state: LargestDrop, dt: float) -> Law:
         """Return the force with the softening so far."""
         first, largest = self.inner.law(state.inner, dt), state.largest
 

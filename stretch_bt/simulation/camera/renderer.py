@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.frames import Intrinsics
-from stretch_bt.simulation.camera.skin import Grid, Plane, Profile, Skin
-from stretch_bt.simulation.camera.view import RIGHT, Offset, View
+from stretch_bt.simulation.camera.skin import Grid, Plane, RoundBump, Skin
+from stretch_bt.simulation.camera.view import RIGHT, CameraView, Offset
 
 __all__ = ["DepthRenderer"]
 
@@ -29,7 +29,7 @@ class DepthRenderer:
     """
 
     def __init__(self, intrinsics: Intrinsics, plane_distance: float, offset: Offset = RIGHT) -> None:
-        self.view = View(intrinsics, plane_distance, offset)
+        self.view = CameraView(intrinsics, plane_distance, offset)
         self._work: npt.NDArray[np.float64] = np.empty((5, 0, 0))
         self._seen: tuple[Skin, Image, bool] | None = None
 
@@ -74,7 +74,7 @@ class DepthRenderer:
             look_through(column, row, depth, _ROWS, _COLUMNS, image)
         return True
 
-    def _profile(self, skin: Profile, image: Image) -> bool:
+    def _profile(self, skin: RoundBump, image: Image) -> bool:
         from stretch_bt.simulation.camera.profile_kernel import look_at_profile
 
         place, surface = self.view.place, skin.surface

@@ -11,7 +11,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.membrane.surface import Surface
 
-__all__ = ["Grid", "Plane", "Profile", "Skin", "table_under"]
+__all__ = ["Grid", "Plane", "RoundBump", "Skin", "table_under"]
 
 _LEAST = 3  # points to a side; a surface is continued beyond its sides by parabolas
 
@@ -25,7 +25,7 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True)
-class Profile:
+class RoundBump:
     """A flat sheet of `width` by `length`, m, round its centre, with a bump around an axis at (x, y), m.
 
     `surface` is the bump's profile; None is none, and one of infinite span lifts the whole sheet.
@@ -61,7 +61,7 @@ class Grid:
         return float(self.points[0, :, 1].mean()), float(self.points[-1, :, 1].mean())
 
 
-Skin = Profile | Grid
+Skin = RoundBump | Grid
 
 
 def table_under(hand: Pose) -> Plane:

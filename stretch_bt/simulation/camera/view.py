@@ -13,7 +13,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Intrinsics, Pose
 from stretch_bt.perception.deprojection import ray_planes
 
-__all__ = ["RIGHT", "SR305", "Offset", "View"]
+__all__ = ["RIGHT", "SR305", "CameraView", "Offset"]
 
 SR305 = Intrinsics(fx=476.0, fy=476.0, cx=320.0, cy=240.0, width=640, height=480)
 
@@ -39,7 +39,7 @@ RIGHT = Offset()
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """A camera at `plane_distance`, m, over the membrane's centre, but for its `offset`, with a lens.
 
     The image's x and y are the membrane frame's, whose z is against the optical axis.

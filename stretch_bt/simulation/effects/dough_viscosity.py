@@ -11,7 +11,8 @@ from pydantic import Field
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import ObjectEffect, Size
-from stretch_bt.units import Pressure, Within
+from stretch_bt.units import Pressure
+from stretch_bt.within import Within
 
 __all__ = ["DoughViscosity"]
 

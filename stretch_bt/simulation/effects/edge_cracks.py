@@ -12,7 +12,8 @@ from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import ObjectEffect, Size
 from stretch_bt.simulation.scene.sections import Fraction
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 __all__ = ["EdgeCracks"]
 

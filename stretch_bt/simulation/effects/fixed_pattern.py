@@ -10,7 +10,8 @@ from pydantic import Field
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import CameraEffect, Exposure, Size
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 __all__ = ["FixedPattern"]
 

@@ -14,7 +14,7 @@ from stretch_bt.simulation.effects.base import Size
 from stretch_bt.simulation.objects.balloon import SECANT_DROP, BalloonObject
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import Response
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = ["LatexSoftening"]
 

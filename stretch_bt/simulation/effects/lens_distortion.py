@@ -12,7 +12,7 @@ from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import CameraEffect, Size
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = ["LensDistortion"]
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import MembraneEffect, Size
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects

@@ -13,7 +13,7 @@ from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import ObjectEffect, Size
 from stretch_bt.simulation.objects.base import Moved, ObjectSpec
 from stretch_bt.simulation.objects.response import Response
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = ["RigidShift"]
 

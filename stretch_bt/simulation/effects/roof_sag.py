@@ -15,7 +15,7 @@ from stretch_bt.simulation.objects.buckling import BucklingResponse
 from stretch_bt.simulation.objects.paper import PaperSpec
 from stretch_bt.simulation.objects.response import Response
 from stretch_bt.simulation.objects.roof import RoofOnWalls
-from stretch_bt.units import Within
+from stretch_bt.within import Within
 
 __all__ = ["RoofSag"]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
+from stretch_bt.simulation.camera.skin import Grid, RoundBump, Skin
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
@@ -77,7 +77,7 @@ class AxisymmetricFidelity:
 
     def free(self, stretch: float) -> Skin:
         """Return a flat membrane."""
-        return Profile(None, (0.0, 0.0), self.width, self._length(stretch))
+        return RoundBump(None, (0.0, 0.0), self.width, self._length(stretch))
 
     def _sheet(self, stretch: float) -> CircularMembrane:
         sizes = self.width, self.gauge, self._length(stretch), self.thickness

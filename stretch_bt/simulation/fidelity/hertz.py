@@ -10,7 +10,7 @@ from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.force.calibrated import CalibratedHertz
 from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.hertz import hertz_force
-from stretch_bt.simulation.camera.skin import Profile, Skin
+from stretch_bt.simulation.camera.skin import RoundBump, Skin
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.membrane.surface import Surface, pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
@@ -70,8 +70,10 @@ class HertzFidelity:
         """Return a flat membrane."""
         return self._flat(stretch)
 
-    def _flat(self, stretch: float, surface: Surface | None = None, axis: tuple[float, float] = (0.0, 0.0)) -> Profile:
-        return Profile(surface, axis, self.width, self.gauge + stretch)
+    def _flat(
+        self, stretch: float, surface: Surface | None = None, axis: tuple[float, float] = (0.0, 0.0)
+    ) -> RoundBump:
+        return RoundBump(surface, axis, self.width, self.gauge + stretch)
 
     def _form(self, place: Place) -> HertzForm:
         if place.tilt != (0.0, 0.0):

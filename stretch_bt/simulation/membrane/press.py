@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
 from stretch_bt.simulation.membrane.indenters.base import Indenter, Solid
 from stretch_bt.simulation.membrane.indenters.cone import Cone
@@ -20,7 +21,6 @@ from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.units import is_number
 
 if TYPE_CHECKING:  # numba comes along with it
     from stretch_bt.simulation.membrane.sheet.result import SheetPress

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.simulation.objects.base import HertzForm
 from stretch_bt.simulation.solve import find_root
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS
 
 __all__ = ["Surface", "pressed_surface"]
 

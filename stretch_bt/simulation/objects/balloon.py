@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.simulation.balloons.cap import HAND
 from stretch_bt.simulation.balloons.fills import Air, AnyFill, Pudding
 from stretch_bt.simulation.balloons.laws import hertz, linear, no_force, scaled, together
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough, Specimen, Standing
 from stretch_bt.simulation.objects.response import Law, Response
-from stretch_bt.units import KINDS, Length, Pressure, Within, format_quantity
+from stretch_bt.units import KINDS, Length, Pressure
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.balloons.table import TabulatedCap

@@ -19,7 +19,8 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.effects.base import ObjectEffect
 from stretch_bt.simulation.objects.response import Law, Response
-from stretch_bt.units import Angle, Length, Within
+from stretch_bt.units import Angle, Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.hanging import Grip

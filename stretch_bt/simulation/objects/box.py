@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.base import Rough, turned_aspect
 from stretch_bt.simulation.objects.solid import SolidSpec
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.box import Box

@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough
-from stretch_bt.units import Length, Mass, Pressure, Stiffness, Within
+from stretch_bt.units import Length, Mass, Pressure, Stiffness
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.dough.specimen import DoughSpecimen

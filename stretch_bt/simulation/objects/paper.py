@@ -13,7 +13,8 @@ from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.buckling import BucklingResponse, plate_buckling_force
 from stretch_bt.simulation.objects.loose import LooseSpec
 from stretch_bt.simulation.objects.roof import RoofResponse
-from stretch_bt.units import Length, Pressure, Within
+from stretch_bt.units import Length, Pressure
+from stretch_bt.within import Within
 
 __all__ = ["PaperSpec", "Walls"]
 

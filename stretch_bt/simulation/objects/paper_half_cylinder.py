@@ -12,7 +12,8 @@ from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.half_cylinder import crest
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.roof import RoofResponse
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder

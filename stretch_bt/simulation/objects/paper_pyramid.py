@@ -11,7 +11,8 @@ from pydantic import Field
 from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.pyramid import blunt
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.polyhedron import Polyhedron

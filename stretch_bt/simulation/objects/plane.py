@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 from stretch_bt.simulation.objects.base import HertzForm, Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 __all__ = ["PlaneObject"]
 

@@ -9,7 +9,8 @@ from pydantic import Field
 
 from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.polyhedron import Polyhedron

@@ -6,7 +6,8 @@ from abc import ABC
 from typing import TYPE_CHECKING, Annotated
 
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.sphere import Sphere

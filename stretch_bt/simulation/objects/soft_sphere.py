@@ -12,7 +12,8 @@ from stretch_bt.simulation.objects.balloon import SECANT_DROP
 from stretch_bt.simulation.objects.base import Rough, Specimen
 from stretch_bt.simulation.objects.response import Law, Response
 from stretch_bt.simulation.objects.round import RoundSpec
-from stretch_bt.units import Stiffness, Time, Within
+from stretch_bt.units import Stiffness, Time
+from stretch_bt.within import Within
 
 __all__ = ["SoftSphereObject"]
 

@@ -11,7 +11,8 @@ from pydantic import Field, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import LinearResponse, Response
-from stretch_bt.units import Stiffness, Within
+from stretch_bt.units import Stiffness
+from stretch_bt.within import Within
 
 __all__ = ["SolidSpec"]
 

@@ -10,7 +10,8 @@ from pydantic import Field
 
 from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.loose import LooseSpec
-from stretch_bt.units import Force, Length, Within
+from stretch_bt.units import Force, Length
+from stretch_bt.within import Within
 
 __all__ = ["WireSpec"]
 

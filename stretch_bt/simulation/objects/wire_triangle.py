@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.wire import WireSpec
-from stretch_bt.units import Length, Within
+from stretch_bt.units import Length
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.wire_polygon import WirePolygon

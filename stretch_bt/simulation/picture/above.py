@@ -11,7 +11,7 @@ from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation.camera.renderer import DepthRenderer
 from stretch_bt.simulation.picture.colors import CONTACT, shades, to_rgb
 from stretch_bt.simulation.picture.drawing import Array, Drawing, Picture, Text
-from stretch_bt.simulation.picture.panel import LEFT, Frame, color_bar, new_panel, scale_bar
+from stretch_bt.simulation.picture.panel import LEFT, PanelScale, color_bar, new_panel, scale_bar
 from stretch_bt.simulation.picture.stage import Moment
 
 __all__ = ["draw_above", "height_map"]
@@ -34,7 +34,7 @@ def draw_above(moment: Moment) -> Drawing:
     touching = _touching(moment, height, x, y)
     image[touching] = (0.35 * image[touching] + 0.65 * to_rgb(CONTACT)).astype(np.uint8)
     image[~there] = 255
-    frame = Frame((x[0], -y[-1]), (x[-1], -y[0]))
+    frame = PanelScale((x[0], -y[-1]), (x[-1], -y[0]))
     (x0, y0), (x1, y1) = frame.at(np.array([(x[0], -y[0]), (x[-1], -y[-1])]))
     panel.add(Picture(x0, y0, x1 - x0, y1 - y0, image))
     area = float(touching.sum()) * _PITCH**2

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Drawing", "Line", "Picture", "Polygon", "Shape", "Text"]
+__all__ = ["Drawing", "Picture", "Polygon", "Polyline", "Shape", "Text"]
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -28,7 +28,7 @@ class Polygon:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Polyline:
     """A line through points (n, 2)."""
 
     points: Array
@@ -36,7 +36,7 @@ class Line:
     width: float = 1.0
     dashed: bool = False
 
-    def moved(self, x: float, y: float) -> Line:
+    def moved(self, x: float, y: float) -> Polyline:
         """Return the shape moved by (x, y)."""
         return replace(self, points=self.points + np.array([x, y]))
 
@@ -72,7 +72,7 @@ class Picture:
         return replace(self, x=self.x + x, y=self.y + y)
 
 
-Shape = Polygon | Line | Text | Picture
+Shape = Polygon | Polyline | Text | Picture
 
 
 @dataclass(slots=True)
@@ -90,7 +90,7 @@ class Drawing:
 
     def line(self, points: Any, color: str, width: float = 1.0, dashed: bool = False) -> None:
         """Add a line."""
-        self.add(Line(np.asarray(points, float), color, width, dashed))
+        self.add(Polyline(np.asarray(points, float), color, width, dashed))
 
     def polygon(self, points: Any, fill: str) -> None:
         """Add a filled outline."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from stretch_bt.simulation.picture.colors import INVALID, shades, to_rgb
 from stretch_bt.simulation.picture.drawing import Drawing, Picture, Text
-from stretch_bt.simulation.picture.panel import LEFT, Frame, color_bar, new_panel, scale_bar
+from stretch_bt.simulation.picture.panel import LEFT, PanelScale, color_bar, new_panel, scale_bar
 from stretch_bt.simulation.picture.stage import Moment
 
 __all__ = ["draw_frame"]
@@ -27,7 +27,7 @@ def draw_frame(moment: Moment) -> Drawing:
     image = shades(-depth, -high, -low)
     image[~valid] = to_rgb(INVALID)
     half = (frame.intrinsics.width / 2, frame.intrinsics.height / 2)
-    pixels = Frame((-half[0], -half[1]), half)
+    pixels = PanelScale((-half[0], -half[1]), half)
     (x0, y0), (x1, y1) = pixels.at(np.array([(-half[0], half[1]), (half[0], -half[1])]))
     panel.add(Picture(x0, y0, x1 - x0, y1 - y0, image))
     size = f"{frame.intrinsics.width} x {frame.intrinsics.height} pixels, counts of {frame.unit * 1e3:.3g} mm"

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from stretch_bt.draw.scale import round_down
 from stretch_bt.simulation.picture.colors import FAINT, INK, shades
 from stretch_bt.simulation.picture.drawing import Array, Drawing, Picture, Text
 
-__all__ = ["BOTTOM", "HEIGHT", "LEFT", "TOP", "WIDTH", "Frame", "color_bar", "new_panel", "round_length", "scale_bar"]
+__all__ = ["BOTTOM", "HEIGHT", "LEFT", "TOP", "WIDTH", "PanelScale", "color_bar", "new_panel", "scale_bar"]
 
 WIDTH, HEIGHT = 440.0, 470.0
 LEFT, TOP, BOTTOM = 46.0, 50.0, 44.0
@@ -24,7 +24,7 @@ def new_panel(heading: str) -> Drawing:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class PanelScale:
     """Maps lengths, m, to one panel: `scale` in its units a metre, the middle of `low` and `high` (2,) in its middle, up is up."""
 
     low: tuple[float, float]
@@ -43,15 +43,9 @@ class Frame:
         return np.asarray(center + (np.asarray(points, float) - middle) * self.scale * [1, -1])
 
 
-def round_length(most: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above a length."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return max(step * power for step in (1, 2, 5) if step * power <= most * (1 + 1e-9))
-
-
 def scale_bar(panel: Drawing, scale: float) -> None:
     """Add a bar of a round length below; `scale` in units a metre."""
-    length = round_length(110 / scale)
+    length = round_down(110 / scale)
     y = HEIGHT - 16
     panel.line([(LEFT, y), (LEFT + length * scale, y)], INK, 3)
     panel.add(Text(LEFT + length * scale + 8, y + 4, f"{length * 1e3:g} mm", color=INK))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.simulation.picture.drawing import Array, Drawing, Image, Line, Picture, Polygon, Shape, Text
+from stretch_bt.simulation.picture.drawing import Array, Drawing, Image, Picture, Polygon, Polyline, Shape, Text
 
 __all__ = ["encode_png", "to_image"]
 
@@ -45,7 +45,7 @@ def _(shape: Polygon, image: Any) -> None:
 
 
 @_draw.register
-def _(shape: Line, image: Any) -> None:
+def _(shape: Polyline, image: Any) -> None:
     import cv2
 
     pieces = _dashes(shape.points) if shape.dashed else [shape.points]

@@ -10,7 +10,7 @@ import numpy as np
 from stretch_bt.simulation.camera.skin import Grid, Skin
 from stretch_bt.simulation.picture.colors import FAINT, INK, MEMBRANE, OBJECT, SUPPORT, WRONG
 from stretch_bt.simulation.picture.drawing import Array, Drawing, Text
-from stretch_bt.simulation.picture.panel import HEIGHT, LEFT, Frame, new_panel, scale_bar
+from stretch_bt.simulation.picture.panel import HEIGHT, LEFT, PanelScale, new_panel, scale_bar
 from stretch_bt.simulation.picture.stage import Moment
 from stretch_bt.simulation.scene.sections import Cup
 
@@ -36,7 +36,7 @@ def draw_side(moment: Moment) -> Drawing:
     free, pressed = (_section(s, p.height) for s, p in ((moment.free, moment.touch), (moment.skin, moment.pose)))
     reach = max(float(np.abs(free[:, 0]).max()) + 0.008, 0.03)
     highest = max(float(free[:, 1].max()), moment.touch.height) + 2 * _FINGER
-    frame = Frame((-reach, -0.006), (reach, highest))
+    frame = PanelScale((-reach, -0.006), (reach, highest))
     _support(panel, frame, moment, reach)
     stands = moment.world.standing(moment.contact.drop)
     for outline in _outlines(scene.object, stands.body, stands.top, reach):
@@ -83,7 +83,7 @@ def _section(skin: Skin, height: float) -> Array:
     return np.column_stack([y, z + height])
 
 
-def _support(panel: Drawing, frame: Frame, moment: Moment, reach: float) -> None:
+def _support(panel: Drawing, frame: PanelScale, moment: Moment, reach: float) -> None:
     """Add the table, and a cup or the post of an object that stands above the table."""
     spec, support = moment.scene.object, moment.scene.support
     _box(panel, frame, -reach, -0.006, reach, 0.0)
@@ -96,7 +96,7 @@ def _support(panel: Drawing, frame: Frame, moment: Moment, reach: float) -> None
         _box(panel, frame, -half, 0.0, half, spec.base)
 
 
-def _box(panel: Drawing, frame: Frame, y0: float, z0: float, y1: float, z1: float) -> None:
+def _box(panel: Drawing, frame: PanelScale, y0: float, z0: float, y1: float, z1: float) -> None:
     corners = frame.at(np.array([(y0, z0), (y1, z1)]))
     (x0, top), (x1, bottom) = corners.tolist()
     panel.box(x0, top, x1, bottom, SUPPORT)

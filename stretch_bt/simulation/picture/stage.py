@@ -11,7 +11,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose
 from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.sensor import Sensor, Shot, window
-from stretch_bt.simulation.camera.skin import Profile, Skin
+from stretch_bt.simulation.camera.skin import RoundBump, Skin
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.noise_source import noise_source
 from stretch_bt.simulation.scene import Scene
@@ -66,7 +66,7 @@ def act(scene: Scene, stage: Stage) -> Moment:
     stretch = scene.conditions.stretch
     over = Pose((scene.object.position.x, scene.object.position.y, scene.object.top))
     nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
-    flat: Skin = Profile(None, (0.0, 0.0), stage.membrane.width, stage.membrane.gauge + stretch)
+    flat: Skin = RoundBump(None, (0.0, 0.0), stage.membrane.width, stage.membrane.gauge + stretch)
     try:
         free, touch = world.fidelity.free(stretch), over.moved(z=world.lift(over, stretch))
     except NoEquilibrium as error:

@@ -6,7 +6,7 @@ import base64
 import html
 from functools import singledispatch
 
-from stretch_bt.simulation.picture.drawing import Array, Drawing, Line, Picture, Polygon, Shape, Text
+from stretch_bt.simulation.picture.drawing import Array, Drawing, Picture, Polygon, Polyline, Shape, Text
 from stretch_bt.simulation.picture.raster import encode_png
 
 __all__ = ["to_svg"]
@@ -32,7 +32,7 @@ def _(shape: Polygon) -> str:
 
 
 @_written.register
-def _(shape: Line) -> str:
+def _(shape: Polyline) -> str:
     dashes = ' stroke-dasharray="5 4"' if shape.dashed else ""
     look = f'fill="none" stroke="{shape.color}" stroke-width="{shape.width:g}"{dashes}'
     return f'<polyline points="{_places(shape.points)}" {look}/>'

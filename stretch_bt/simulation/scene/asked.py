@@ -8,9 +8,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.plain_numbers import is_number, plain_number
 from stretch_bt.simulation.scene.sections import Tolerance
 from stretch_bt.source import did_you_mean
-from stretch_bt.units import DIMENSIONLESS, KINDS, is_number, parse_quantity, plain_number
+from stretch_bt.units import DIMENSIONLESS, KINDS, parse_quantity
 
 __all__ = ["LENGTHS", "asked_pairs", "read_asked"]
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import Angle, Length, Pressure, Speed, Time, Within
+from stretch_bt.units import Angle, Length, Pressure, Speed, Time
+from stretch_bt.within import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.materials import Material
@@ -33,7 +34,8 @@ class Fraction:
         """Read `5 %` or `0.05`."""
         from pydantic_core import core_schema
 
-        from stretch_bt.units import DIMENSIONLESS, parse_quantity, plain_number
+        from stretch_bt.plain_numbers import plain_number
+        from stretch_bt.units import DIMENSIONLESS, parse_quantity
 
         def read(given: object) -> float:
             given = plain_number(given)

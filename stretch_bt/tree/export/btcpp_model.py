@@ -12,8 +12,8 @@ from stretch_bt.tree.export.escape import clean
 from stretch_bt.tree.flow import Call, Part
 from stretch_bt.tree.flow.guard import Check
 from stretch_bt.tree.flow.parallel import Parallel
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.nodes import as_text
 
 __all__ = ["Model", "entry_of", "port_name"]

@@ -7,7 +7,7 @@ from itertools import count
 
 from stretch_bt.tree.export.escape import dot
 from stretch_bt.tree.export.style import fill, glyph
-from stretch_bt.tree.export.view import View, views
+from stretch_bt.tree.export.view import NodeView, views
 from stretch_bt.tree.program import Program
 
 __all__ = ["write"]
@@ -27,7 +27,7 @@ def write(program: Program) -> str:
     return _HEAD.format(name=dot(program.document.file)) + "".join(f"  {line}\n" for line in lines) + "}\n"
 
 
-def _node(view: View, numbers: Iterator[int], parent: str, style: str = "") -> Iterator[str]:
+def _node(view: NodeView, numbers: Iterator[int], parent: str, style: str = "") -> Iterator[str]:
     me = f"n{next(numbers)}"
     around = [text for text, _ in view.around]
     settings = [f"{name}: {value}" for name, value in view.settings.items()]

@@ -8,10 +8,10 @@ from typing import NamedTuple
 from stretch_bt.tree.document import Declared, Document, Param
 from stretch_bt.tree.schema.nodes import as_text, bounds_text
 
-__all__ = ["Row", "documents", "facts", "rows"]
+__all__ = ["HeadingRow", "documents", "facts", "rows"]
 
 
-class Row(NamedTuple):
+class HeadingRow(NamedTuple):
     """A declared name in words."""
 
     name: str
@@ -35,15 +35,15 @@ def facts(document: Document) -> dict[str, str]:
     return {name: text for name, text in {**found, "devices": devices}.items() if text}
 
 
-def rows(declared: Iterable[Declared], prefix: str = "") -> list[Row]:
+def rows(declared: Iterable[Declared], prefix: str = "") -> list[HeadingRow]:
     """Return declarations in words; a param shows the value that a run takes."""
     return [_row(d, prefix) for d in declared]
 
 
-def _row(declared: Declared, prefix: str) -> Row:
+def _row(declared: Declared, prefix: str) -> HeadingRow:
     has_value = declared.has_default or isinstance(declared, Param)
     value = declared.value if isinstance(declared, Param) else declared.default
-    return Row(
+    return HeadingRow(
         f"{prefix}{declared.name}",
         declared.type.name,
         as_text(value, declared.type) if has_value else "",

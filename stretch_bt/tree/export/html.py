@@ -12,8 +12,9 @@ from stretch_bt.tree.export.headings import documents, facts, rows
 from stretch_bt.tree.export.style import colour
 from stretch_bt.tree.export.svg import drawing
 from stretch_bt.tree.flow import Leaf
+from stretch_bt.tree.node_description import describe
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.program import Program
-from stretch_bt.tree.registry import NodeInfo, describe
 from stretch_bt.tree.schema.nodes import as_text
 
 __all__ = ["write"]

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from stretch_bt.tree.export.style import glyph, sign
-from stretch_bt.tree.export.view import View
+from stretch_bt.tree.export.view import NodeView
 
-__all__ = ["CHAR", "HEADING", "LINE", "PAD", "Box", "arrange"]
+__all__ = ["CHAR", "HEADING", "LINE", "PAD", "NodeBox", "arrange"]
 
 #: px: width of a character of the small monospaced text, height of a line of it and of the heading, padding
 CHAR, LINE, HEADING, PAD = 6.65, 15.0, 20.0, 10.0
@@ -22,10 +22,10 @@ LONGEST = 54  # characters of a line; the rest is in the tooltip
 
 
 @dataclass(slots=True)
-class Box:
+class NodeBox:
     """One box, px from the top left of the drawing."""
 
-    view: View
+    view: NodeView
     heading: str
     around: list[str]
     lines: list[tuple[str, str]]
@@ -34,22 +34,22 @@ class Box:
     x: float = 0.0
     y: float = 0.0
     is_finally: bool = False
-    merged: View | None = None
-    children: list[Box] = field(default_factory=list)
+    merged: NodeView | None = None
+    children: list[NodeBox] = field(default_factory=list)
 
     @property
     def anchor(self) -> float:
         """Height at which lines arrive and leave."""
         return self.y + PAD / 2 + LINE * len(self.around) + HEADING / 2
 
-    def walk(self) -> Iterator[Box]:
+    def walk(self) -> Iterator[NodeBox]:
         """Yield the box and all to the right of it."""
         yield self
         for child in self.children:
             yield from child.walk()
 
 
-def arrange(roots: list[View], x: float, y: float) -> tuple[list[Box], float, float]:
+def arrange(roots: list[NodeView], x: float, y: float) -> tuple[list[NodeBox], float, float]:
     """Return placed boxes of these trees, one under the other from (x, y), with the right and lower edge of all."""
     boxes = [_box(view) for view in roots]
     widths: dict[int, float] = {}
@@ -65,7 +65,7 @@ def arrange(roots: list[View], x: float, y: float) -> tuple[list[Box], float, fl
     return boxes, columns[-1] - GAP_X, max(edges)
 
 
-def _box(view: View, is_finally: bool = False) -> Box:
+def _box(view: NodeView, is_finally: bool = False) -> NodeBox:
     around = [_short(text, LONGEST) for text, _ in view.around]
     lines = [(name, _short(value, LONGEST - len(name))) for name, value in view.settings.items()]
     heading = glyph(view)
@@ -75,14 +75,14 @@ def _box(view: View, is_finally: bool = False) -> Box:
     longest = max((len(a) for a in around), default=0), max((len(n) + 2 + len(v) for n, v in lines), default=0)
     width = max(HEAVY * len(heading), CHAR * max(longest)) + 2 * PAD
     height = PAD + LINE * len(around) + HEADING + LINE * len(lines)
-    found = Box(view, heading, around, lines, width, height, is_finally=is_finally, merged=inside)
+    found = NodeBox(view, heading, around, lines, width, height, is_finally=is_finally, merged=inside)
     found.children = [_box(child) for child in (inside or view).children]
     if view.finish is not None:
         found.children.append(_box(view.finish, True))
     return found
 
 
-def _merged(view: View) -> View | None:
+def _merged(view: NodeView) -> NodeView | None:
     """Return the only child when it is a plain group, whose sign then stands in the parent's box."""
     if len(view.children) != 1:
         return None
@@ -96,13 +96,13 @@ def _short(text: str, length: int) -> str:
     return text if len(text) <= length else f"{text[: length - 1]}…"
 
 
-def _measure(box: Box, depth: int, widths: dict[int, float]) -> None:
+def _measure(box: NodeBox, depth: int, widths: dict[int, float]) -> None:
     widths[depth] = max(widths.get(depth, 0.0), box.width)
     for child in box.children:
         _measure(child, depth + 1, widths)
 
 
-def _place(box: Box, depth: int, columns: list[float], edges: list[float]) -> None:
+def _place(box: NodeBox, depth: int, columns: list[float], edges: list[float]) -> None:
     """Place a box and all to the right of it; `edges` are the heights at which each column is free."""
     box.x, box.y = columns[depth], _free(box, depth, edges)
     edges[depth] = box.y + box.height + GAP_Y
@@ -113,6 +113,6 @@ def _place(box: Box, depth: int, columns: list[float], edges: list[float]) -> No
         _place(child, depth + 1, columns, edges)
 
 
-def _free(box: Box, depth: int, edges: list[float]) -> float:
+def _free(box: NodeBox, depth: int, edges: list[float]) -> float:
     """Return the height at which a box can stand level with its first child, and that with its own first."""
     return max(edges[depth], _free(box.children[0], depth + 1, edges)) if box.children else edges[depth]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stretch_bt.tree.export.view import View
+from stretch_bt.tree.export.view import NodeView
 
 __all__ = ["KINDS", "colour", "fill", "glyph", "legend", "sign"]
 
@@ -48,12 +48,12 @@ def legend(kinds: set[str]) -> list[tuple[str, str]]:
     return known + ([("other", _OTHER[0])] if kinds - set(KINDS) else [])
 
 
-def glyph(view: View) -> str:
+def glyph(view: NodeView) -> str:
     """Return the heading of a node: its sign, its name, and its kind when the name does not say it."""
     said = view.title in (view.keyword, view.keyword.rpartition(".")[2]) or view.keyword == "tree"
     return f"{sign(view)} {view.title}".lstrip() + ("" if said else f" ({view.keyword})")
 
 
-def sign(view: View) -> str:
+def sign(view: NodeView) -> str:
     """Return the sign of how a node runs its children, or nothing."""
     return _SIGNS.get(view.keyword, "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stretch_bt.tree.export.escape import xml
-from stretch_bt.tree.export.layout import CHAR, GAP_X, HEADING, LINE, PAD, Box, arrange
+from stretch_bt.tree.export.layout import CHAR, GAP_X, HEADING, LINE, PAD, NodeBox, arrange
 from stretch_bt.tree.export.style import colour, fill, legend
 from stretch_bt.tree.export.view import views
 from stretch_bt.tree.program import Program
@@ -51,7 +51,7 @@ def drawing(program: Program, titled: bool = True) -> str:
     return "\n".join(part for part in parts if part)
 
 
-def _edges(box: Box) -> Iterator[str]:
+def _edges(box: NodeBox) -> Iterator[str]:
     """Yield the lines to the children, with round corners; a dashed one leads to `finally`."""
     for child in box.children:
         x0, y0, x1, y1 = box.x + box.width, box.anchor, child.x, child.anchor
@@ -64,7 +64,7 @@ def _edges(box: Box) -> Iterator[str]:
             yield f'<text class="k" x="{bend + 4:.1f}" y="{child.y - 2:.1f}">finally</text>'
 
 
-def _box(box: Box) -> Iterator[str]:
+def _box(box: NodeBox) -> Iterator[str]:
     x, y, band = box.x, box.y, colour(box.view.kind)
     yield f"<g><title>{xml(_tooltip(box))}</title>"
     yield (
@@ -87,7 +87,7 @@ def _box(box: Box) -> Iterator[str]:
     yield "</g>"
 
 
-def _tooltip(box: Box) -> str:
+def _tooltip(box: NodeBox) -> str:
     view = box.view
     around = [f"{path}: {text}" for text, path in view.around]
     settings = [f"{name}: {value}" for name, value in view.settings.items()]

@@ -6,8 +6,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from stretch_bt.tree.export.escape import clean
-from stretch_bt.tree.export.headings import Row, documents, facts, rows
-from stretch_bt.tree.export.view import View, views
+from stretch_bt.tree.export.headings import HeadingRow, documents, facts, rows
+from stretch_bt.tree.export.view import NodeView, views
 from stretch_bt.tree.program import Program
 
 __all__ = ["write"]
@@ -31,7 +31,7 @@ def write(program: Program, *, wires: bool = False) -> str:
     return clean("\n".join([*head, *body]) + "\n")
 
 
-def _table(title: str, given: Sequence[Row]) -> Iterator[str]:
+def _table(title: str, given: Sequence[HeadingRow]) -> Iterator[str]:
     widths = [max((len(row[i]) for row in given), default=0) for i in range(4)]
     for i, row in enumerate(given):
         cells = "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=False) if width)
@@ -44,12 +44,12 @@ def _columns(lines: list[Line]) -> Iterator[str]:
         yield f"{left:<{width}}  {path}".rstrip()
 
 
-def _root(view: View, wires: bool) -> Iterator[Line]:
+def _root(view: NodeView, wires: bool) -> Iterator[Line]:
     yield f"{view.title}:", view.path
     yield from _below(view, "", wires)
 
 
-def _below(view: View, prefix: str, wires: bool) -> Iterator[Line]:
+def _below(view: NodeView, prefix: str, wires: bool) -> Iterator[Line]:
     inside = [(child, "") for child in view.children]
     if view.finish is not None:
         inside.append((view.finish, "finally: "))
@@ -58,7 +58,7 @@ def _below(view: View, prefix: str, wires: bool) -> Iterator[Line]:
         yield from _node(child, prefix + ("└─ " if last else "├─ "), prefix + ("   " if last else "│  "), word, wires)
 
 
-def _node(view: View, first: str, rest: str, word: str, wires: bool) -> Iterator[Line]:
+def _node(view: NodeView, first: str, rest: str, word: str, wires: bool) -> Iterator[Line]:
     for text, path in view.around:
         yield from _wrapped(text, first, rest, path)
         first = rest
@@ -70,7 +70,7 @@ def _node(view: View, first: str, rest: str, word: str, wires: bool) -> Iterator
     yield from _below(view, rest, wires)
 
 
-def _settings(view: View, wires: bool) -> Iterator[str]:
+def _settings(view: NodeView, wires: bool) -> Iterator[str]:
     for name, value in view.settings.items():
         if wires or (name not in view.left_out and value != f"${name}"):
             yield f"{name}: {value}"

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 
 from stretch_bt.tree.flow import Call, Leaf, Part
 from stretch_bt.tree.flow.guard import Check
+from stretch_bt.tree.node_info import first_paragraph
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.program import Program, TreeBody
-from stretch_bt.tree.registry import first_paragraph
 
-__all__ = ["View", "around_text", "kind_of", "views"]
+__all__ = ["NodeView", "around_text", "kind_of", "views"]
 
 
 @dataclass(slots=True)
-class View:
+class NodeView:
     """One node of a drawing; `around` are the reserved words beside it, the outermost first, each with its path."""
 
     title: str
@@ -26,17 +26,17 @@ class View:
     left_out: frozenset[str] = frozenset()  # of the settings: records that the file does not name
     doc: str = ""
     around: list[tuple[str, str]] = field(default_factory=list)
-    children: list[View] = field(default_factory=list)
-    finish: View | None = None
+    children: list[NodeView] = field(default_factory=list)
+    finish: NodeView | None = None
 
-    def walk(self) -> Iterator[View]:
+    def walk(self) -> Iterator[NodeView]:
         """Yield the node and everything under it, in order."""
         yield self
         for child in [*self.children, *([self.finish] if self.finish else [])]:
             yield from child.walk()
 
 
-def views(program: Program) -> list[View]:
+def views(program: Program) -> list[NodeView]:
     """Return the main tree, or every tree of a file that has none."""
     trees = program.document.trees
     main = trees.get("main")
@@ -46,12 +46,12 @@ def views(program: Program) -> list[View]:
     ]
 
 
-def _tree(program: Program, paths: Paths, path: str, body: TreeBody) -> View:
-    found = View(body.signature.name, "tree", "tree", path, doc=body.signature.doc or program.document.doc)
+def _tree(program: Program, paths: Paths, path: str, body: TreeBody) -> NodeView:
+    found = NodeView(body.signature.name, "tree", "tree", path, doc=body.signature.doc or program.document.doc)
     return _fill(program, paths, found, body)
 
 
-def _fill(program: Program, paths: Paths, view: View, body: TreeBody) -> View:
+def _fill(program: Program, paths: Paths, view: NodeView, body: TreeBody) -> NodeView:
     view.children = [_view(program, paths, body.part, paths.root(body.part, view.path))]
     if body.finish is not None:
         base = f"{view.path}/finally"
@@ -59,7 +59,7 @@ def _fill(program: Program, paths: Paths, view: View, body: TreeBody) -> View:
     return view
 
 
-def _view(program: Program, paths: Paths, part: Part, path: str) -> View:
+def _view(program: Program, paths: Paths, part: Part, path: str) -> NodeView:
     around = []
     while part.beside:
         around.append((around_text(part), path))
@@ -67,7 +67,7 @@ def _view(program: Program, paths: Paths, part: Part, path: str) -> View:
         path = paths.child(part, inner, path)
         part = inner
     left_out = frozenset(part.left_out) if isinstance(part, Leaf | Call) else frozenset()
-    found = View(part.label, _keyword(part), kind_of(part), path, part.written(), left_out, _doc(part), around)
+    found = NodeView(part.label, _keyword(part), kind_of(part), path, part.written(), left_out, _doc(part), around)
     if isinstance(part, Call):
         return _fill(program, paths, found, program.body(part.target))
     found.children = [_view(program, paths, child, paths.child(part, child, path)) for child in part.children()]

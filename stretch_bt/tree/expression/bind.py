@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from stretch_bt.errors import Absent, InvalidInput
-from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Constant, Expression, FunctionCall, Name, Unary
 from stretch_bt.tree.series import LIST_FUNCTIONS
 from stretch_bt.tree.types import NONE, Family
 from stretch_bt.units import Estimate
@@ -54,7 +54,7 @@ def bind(expression: Expression, environment: Environment) -> Thunk:
         return _bind_unary(expression, bind(expression.operand, environment))
     if isinstance(expression, Binary):
         return _bind_binary(expression, bind(expression.left, environment), bind(expression.right, environment))
-    assert isinstance(expression, Call)
+    assert isinstance(expression, FunctionCall)
     arguments = [bind(a, environment) for a in expression.arguments]
     if expression.arguments[0].type.item is not None:
         of_list = LIST_FUNCTIONS[expression.function]
@@ -109,7 +109,7 @@ def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
 
 def _compared(side: Expression, read: Thunk, asks: bool) -> Thunk:
     """Return what gives a side of `==`: its value without its error; None for an absent name, or for anything absent where `none` `asks`."""
-    plain = (lambda: _without_error(read())) if side.type.is_number and isinstance(side, Name | Call) else read
+    plain = (lambda: _without_error(read())) if side.type.is_number and isinstance(side, Name | FunctionCall) else read
     return _or_none(plain) if asks or isinstance(side, Name) else plain
 
 

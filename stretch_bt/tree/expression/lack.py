@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 
-from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.expression.parse import EQUALITIES, Binary, Constant, Expression, FunctionCall, Name, Unary
 from stretch_bt.tree.types import NONE
 
 __all__ = ["may_lack"]
@@ -30,6 +30,6 @@ def may_lack(expression: Expression, absent: Container[str]) -> bool:
             asks = any(side.type == NONE for side in sides)
             sides = tuple(side for side in sides if not (asks or isinstance(side, Name)))
         return any(may_lack(side, absent) for side in sides)
-    assert isinstance(expression, Call)
+    assert isinstance(expression, FunctionCall)
     of_list = expression.arguments[0].type.item is not None
     return (of_list and expression.function not in _ALWAYS) or any(may_lack(a, absent) for a in expression.arguments)

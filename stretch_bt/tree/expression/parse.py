@@ -13,7 +13,17 @@ from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.tree.types import BOOL, FLOAT, INT, NONE, STR, Type, quantity
 from stretch_bt.units import NUMBER, parse_quantity
 
-__all__ = ["EQUALITIES", "Binary", "Call", "Constant", "Expression", "ExpressionError", "Name", "Unary", "parse"]
+__all__ = [
+    "EQUALITIES",
+    "Binary",
+    "Constant",
+    "Expression",
+    "ExpressionError",
+    "FunctionCall",
+    "Name",
+    "Unary",
+    "parse",
+]
 
 MAX_LENGTH = 1000
 MAX_TOKENS = 200
@@ -69,7 +79,7 @@ class Binary(Expression):
 
 
 @dataclass(slots=True)
-class Call(Expression):
+class FunctionCall(Expression):
     """A function of the short list."""
 
     function: str
@@ -230,7 +240,7 @@ class _Parser:
         if not low <= len(arguments) <= high:
             message = f"{token.text}() takes {low if low == high else f'{low} to {high}'} values, got {len(arguments)}"
             raise ExpressionError(token.offset, len(token.text), "expression", message, "change the number of values")
-        return Call(token.offset, end.offset + 1 - token.offset, token.text, tuple(arguments))
+        return FunctionCall(token.offset, end.offset + 1 - token.offset, token.text, tuple(arguments))
 
     def expect(self, text: str) -> _Token:
         token = self.next()

@@ -12,10 +12,10 @@ from stretch_bt.source import did_you_mean
 from stretch_bt.tree.expression.parse import (
     EQUALITIES,
     Binary,
-    Call,
     Constant,
     Expression,
     ExpressionError,
+    FunctionCall,
     Name,
     Unary,
 )
@@ -78,7 +78,7 @@ def names(expression: Expression) -> Iterator[Name]:
     elif isinstance(expression, Binary):
         yield from names(expression.left)
         yield from names(expression.right)
-    elif isinstance(expression, Call):
+    elif isinstance(expression, FunctionCall):
         for argument in expression.arguments:
             yield from names(argument)
 
@@ -99,7 +99,7 @@ def _infer(expression: Expression, scope: Scope) -> Type:
     if isinstance(expression, Binary):
         left, right = typecheck(expression.left, scope), typecheck(expression.right, scope)
         return _binary(expression, left, right)
-    assert isinstance(expression, Call)
+    assert isinstance(expression, FunctionCall)
     return _call(expression, [typecheck(a, scope) for a in expression.arguments])
 
 
@@ -190,7 +190,7 @@ def _known_option(expression: Binary, left: Type, right: Type) -> None:
             raise _error(other, "option-unknown", f"{other.value!r} is none of {type_}", hint)
 
 
-def _call(expression: Call, arguments: list[Type]) -> Type:
+def _call(expression: FunctionCall, arguments: list[Type]) -> Type:
     if expression.function in LIST_FUNCTIONS and len(arguments) <= 1 + (expression.function == "at"):
         return _of_list(expression, arguments)
     for argument, type_ in zip(expression.arguments, arguments, strict=True):
@@ -205,7 +205,7 @@ def _call(expression: Call, arguments: list[Type]) -> Type:
     return arguments[0] if all(a == arguments[0] for a in arguments) else quantity(arguments[0].dimension)
 
 
-def _of_list(expression: Call, arguments: list[Type]) -> Type:
+def _of_list(expression: FunctionCall, arguments: list[Type]) -> Type:
     """Return the type of what a function makes of a list."""
     function, item = expression.function, arguments[0].item
     if item is None:

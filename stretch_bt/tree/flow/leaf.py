@@ -10,7 +10,7 @@ import py_trees
 
 from stretch_bt.source import Mark
 from stretch_bt.tree.flow.base import Flow, Known, Part, Wire
-from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.tree.node_info import NodeInfo
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder

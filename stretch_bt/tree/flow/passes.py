@@ -10,7 +10,7 @@ from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
-from stretch_bt.tree.series import Series, errors_of
+from stretch_bt.tree.series import EstimateList, errors_of
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -128,7 +128,7 @@ class PassKeys:
         for cell, default in self.own:
             cell.reset(default)
         for target, _ in self.pairs:
-            target.write(Series(), self.path)
+            target.write(EstimateList(), self.path)
 
     def start(self, number: int) -> None:
         """Start a pass, counted from 0."""
@@ -144,7 +144,7 @@ class PassKeys:
                 return
         for target, source in self.pairs:
             held = [] if target.value is MISSING else target.value
-            target.write(Series([*held, source.value], [*errors_of(held), source.error()]), self.path)
+            target.write(EstimateList([*held, source.value], [*errors_of(held), source.error()]), self.path)
 
 
 def passes_schema() -> dict[str, Schema]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
@@ -10,9 +10,10 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, failed_pass, why_failed
-from stretch_bt.tree.flow.count import counted, read_count, runs_surely
-from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
+from stretch_bt.tree.flow.base import Flow, Known, Part, Wire, both, construct, why_failed
+from stretch_bt.tree.flow.count import read_count, runs_surely
+from stretch_bt.tree.flow.counted_passes import CountedPasses
+from stretch_bt.tree.flow.passes import FIELDS, Passes, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 
 if TYPE_CHECKING:
@@ -117,47 +118,17 @@ class Retry(_Counted):
         return ref("count")
 
 
-class CountedNode(FlowNode):
-    """Starts the child again after each end with `again`, one start per tick, `count` times in all; `counter` is its word for that."""
-
-    def __init__(
-        self,
-        path: str,
-        child: py_trees.behaviour.Behaviour,
-        count: Callable[[], int],
-        counter: str,
-        again: Status,
-        keys: PassKeys,
-    ) -> None:
-        super().__init__(path, child)
-        self.count = count
-        self.counter = counter
-        self.again = again
-        self.keys = keys
-        self.passes = 0
-        self.most = 0
-
-    def begin(self) -> None:
-        """Count from the start, to a number that passes do not change."""
-        self.passes = 0
-        self.keys.begin()
-        self.most = counted(self.count, self.path, self.counter)
+class CountedNode(CountedPasses):
+    """Starts the child again after each end with `again`, until as many passes as its bound ended so."""
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child; go on while it ends with `again` and passes are left."""
         if self.most == 0:
             self.feedback_message = f"{self.counter} is 0"
             return self.again
-        if self.child.status is not Status.RUNNING:
-            self.keys.start(self.passes)
-        yield from self.child.tick()
-        status = self.child.status
+        status = yield from self.tick_pass()
         if status is not self.again:
-            if status is Status.FAILURE:
-                self.feedback_message = failed_pass(self.passes, self.child)
             return status
-        self.passes += 1
-        self.keys.end()
         if self.passes < self.most:
             return Status.RUNNING
         if status is Status.FAILURE:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import NoAnswer
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.source import Scalar
 from stretch_bt.tree.flow.base import Wire
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import NAMED
-from stretch_bt.units import format_quantity
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder

@@ -10,8 +10,9 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, failed_pass
-from stretch_bt.tree.flow.count import counted, read_count, runs_surely
+from stretch_bt.tree.flow.base import Flow, Known, Part, Wire, both, construct
+from stretch_bt.tree.flow.count import read_count, runs_surely
+from stretch_bt.tree.flow.counted_passes import CountedPasses
 from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL
@@ -85,7 +86,7 @@ class Until(Part):
         return UntilNode(path, child, builder.thunk(self.that), builder.thunk(self.max), passes)
 
 
-class UntilNode(FlowNode):
+class UntilNode(CountedPasses):
     """One pass starts per tick; a pass that needs several ticks takes them."""
 
     def __init__(
@@ -96,33 +97,17 @@ class UntilNode(FlowNode):
         bound: Callable[[], int],
         keys: PassKeys,
     ) -> None:
-        super().__init__(path, child)
+        super().__init__(path, child, bound, "max", Status.SUCCESS, keys)
         self.that = that
-        self.bound = bound
-        self.keys = keys
-        self.passes = 0
-        self.most = 0
-
-    def begin(self) -> None:
-        """Count from the start, to a number that passes do not change."""
-        self.passes = 0
-        self.keys.begin()
-        self.most = counted(self.bound, self.path, "max")
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body; ask the condition after each pass."""
         if self.most == 0:
             self.feedback_message = "max is 0"
             return Status.FAILURE
-        if self.child.status is not Status.RUNNING:
-            self.keys.start(self.passes)
-        yield from self.child.tick()
-        if self.child.status is not Status.SUCCESS:
-            if self.child.status is Status.FAILURE:
-                self.feedback_message = failed_pass(self.passes, self.child)
-            return self.child.status
-        self.passes += 1
-        self.keys.end()
+        status = yield from self.tick_pass()
+        if status is not Status.SUCCESS:
+            return status
         if self.that():
             return Status.SUCCESS
         if self.passes >= self.most:

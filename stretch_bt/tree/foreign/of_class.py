@@ -18,8 +18,8 @@ from stretch_bt.tree.foreign.class_ports import ClassPort, class_ports, has_port
 from stretch_bt.tree.foreign.node import ForeignNode, Made
 from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.foreign.written import mentions_behaviour, shown_annotation
+from stretch_bt.tree.node_info import NodeInfo, first_paragraph, snake_case
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.slots import bit, slot
 from stretch_bt.tree.types import ANY, Type, from_annotation
 
@@ -49,7 +49,7 @@ def info_of(cls: type, name: str = "") -> NodeInfo:
     BehaviourRefused
         It is no class of behaviours, or asks for what a tree file cannot write.
     """
-    name = name or registry.snake_case(cls.__name__)
+    name = name or snake_case(cls.__name__)
     if issubclass(cls, Behavior):
         return _own(cls, name)
     if not issubclass(cls, py_trees.behaviour.Behaviour):
@@ -75,7 +75,7 @@ def classes_in(module: str) -> list[str]:
 
 
 def _own(cls: type[Behavior], name: str) -> NodeInfo:
-    known = registry.lookup(registry.snake_case(cls.__name__))
+    known = registry.lookup(snake_case(cls.__name__))
     if known is None or known.cls is not cls:
         raise BehaviourRefused(f"{cls.__qualname__} is a node that is not registered", "put @node above its class")
     return replace(known, name=name)
@@ -99,7 +99,7 @@ def _new_class(cls: Any, declared: list[ClassPort], arguments: list[Argument]) -
     ports = {argument.name: _port(argument) for argument in arguments} | {
         found.port.name: found.port for found in declared
     }
-    doc = registry.first_paragraph(cls.__doc__) or f"{cls.__module__}.{cls.__qualname__}, which has no docstring."
+    doc = first_paragraph(cls.__doc__) or f"{cls.__module__}.{cls.__qualname__}, which has no docstring."
     node: Any = type(cls.__name__, (ForeignNode,), {"__module__": cls.__module__, "__doc__": doc})
     node.ports = ports
     # no attributes of the node, which may be called alike

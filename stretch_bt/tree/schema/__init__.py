@@ -11,7 +11,7 @@ from stretch_bt.source import did_you_mean
 from stretch_bt.tree.fragments import Schema
 
 if TYPE_CHECKING:
-    from stretch_bt.tree.registry import NodeInfo
+    from stretch_bt.tree.node_info import NodeInfo
 
 __all__ = ["schema"]
 

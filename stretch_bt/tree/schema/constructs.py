@@ -6,7 +6,7 @@ from typing import Any
 
 from stretch_bt.tree.flow import CONSTRUCTS, Part
 from stretch_bt.tree.fragments import Schema
-from stretch_bt.tree.registry import first_paragraph
+from stretch_bt.tree.node_info import first_paragraph
 from stretch_bt.tree.schema.nodes import described
 
 __all__ = ["KIND", "construct_schema", "describe_construct"]

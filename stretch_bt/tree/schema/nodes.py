@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.fragments import Schema, ref, short
+from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.values import wired
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.units import format_quantity
 
 __all__ = ["as_text", "bounds_text", "call_schema", "described", "must_be_written", "node_schema"]
 

@@ -12,7 +12,8 @@ from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
-from stretch_bt.tree.registry import NodeInfo, first_paragraph, load_all, object_types
+from stretch_bt.tree.node_info import NodeInfo, first_paragraph
+from stretch_bt.tree.registry import load_all, object_types
 from stretch_bt.tree.schema.constructs import construct_schema
 from stretch_bt.tree.schema.nodes import call_schema, described, must_be_written, node_schema
 from stretch_bt.tree.schema.values import DRAFT, NAME, PLAIN, QUANTITIES, literal, value_definitions

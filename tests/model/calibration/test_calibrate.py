@@ -8,16 +8,16 @@ import pytest
 from stretch_bt.model.calibration import calibrate as calibrate_module
 from stretch_bt.model.calibration import calibrate_hertz, calibrate_membrane
 from stretch_bt.model.calibration.calibrate import calibrate
-from stretch_bt.model.calibration.characterization import Press, as_table
+from stretch_bt.model.calibration.characterization import PressRow, as_table
 from stretch_bt.model.calibration.conditioning import Conditioning
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import ForceModel, Range
-from stretch_bt.model.force.membrane import Hand, MembraneModel
+from stretch_bt.model.force.membrane import MembraneHand, MembraneModel
 from stretch_bt.model.hertz import hertz_force
 
 NOTHING = tuple((0.0,) * 6 for _ in range(6))
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
-HAND = MembraneModel(Hand(75e3, 0.0018, 0.0135, 0.15, 0.8, 0.10), NOTHING, 0.0, LIMITS)
+HAND = MembraneModel(MembraneHand(75e3, 0.0018, 0.0135, 0.15, 0.8, 0.10), NOTHING, 0.0, LIMITS)
 DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.045, 0.06), (0.0, 0.02, 0.04, 0.06, 0.08), (1, 3, 5, 8, 11, 15)
 #: of which a calibration fits half as many models, for tests of the model that is kept
 THREE = (0.01, 0.02, 0.045)
@@ -188,7 +188,7 @@ def test_what_a_gripper_and_an_arm_tell_need_not_be_exact():
     states = [(d, x, z) for d in (0.01, 0.02, 0.03) for x in (0.0, 0.03, 0.06) for z in (0.0, 0.004, 0.009, 0.014)]
     random = np.random.default_rng(4)
     rows = [
-        Press(
+        PressRow(
             "sphere",
             d,
             x + random.normal(0, 1e-5),
@@ -212,7 +212,7 @@ def table_of(stretches, diameters=(0.01, 0.02, 0.03)):
     """Return a table of noiseless presses."""
     depths = (0.002, 0.005, 0.009, 0.014)
     states = [(d, x, z) for d in diameters for x in stretches for z in depths]
-    rows = [Press("sphere", d, x, z, 1, HAND.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0) for d, x, z in states]
+    rows = [PressRow("sphere", d, x, z, 1, HAND.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0) for d, x, z in states]
     return as_table({}, rows)
 
 

@@ -14,12 +14,12 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardcases.strategies.model import MEMBRANE_DEPTHS, MEMBRANE_RADII, STRETCHES
 from stretch_bt.model import ForceModel, MembraneModel
 from stretch_bt.model.force.force_model import Range
-from stretch_bt.model.force.membrane import Hand
+from stretch_bt.model.force.membrane import MembraneHand
 from stretch_bt.simulation.membrane.sheet.hanging import hang
 
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
 COVARIANCE = tuple(map(tuple, np.diag(np.array([2e3, 5e-5, 5e-4, 0.03, 0.1, 0.01]) ** 2).tolist()))
-MODEL = MembraneModel(Hand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "test"})
+MODEL = MembraneModel(MembraneHand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "test"})
 
 
 @given(radius=MEMBRANE_RADII, stretch=STRETCHES, depth=MEMBRANE_DEPTHS)
@@ -43,7 +43,7 @@ def test_force_rises_with_depth_and_goes_to_nothing(radius, stretch, depth, more
 @pytest.mark.parametrize("seed", range(4))
 def test_a_membrane_hangs_as_the_solved_sheet(seed, stretch):
     true = TrueHand.drawn(seed)
-    own = Hand(true.shear_modulus, true.thickness, true.mount_prestretch, true.share)
+    own = MembraneHand(true.shear_modulus, true.thickness, true.mount_prestretch, true.share)
     solved = -float(hang(true.sheet(), stretch).points(21, 41)[20, 10, 2])
     assert own.hang(stretch, 0.0) == pytest.approx(solved, rel=0.03)
     assert own._replace(softening=0.2).hang(stretch, 0.08) == pytest.approx(own.hang(stretch, 0.0) / 0.8)
@@ -100,7 +100,7 @@ def test_a_range_without_a_width_is_refused():
 
 def test_slacker_than_its_table_it_states_how_little_it_knows():
     """A flat sheet 2 mm past its gauge, under 20 mm: 5 mN at 4 mm of depth, 76 mN at 10 mm."""
-    weightless = Hand(47.4e3, 0.002, 0.002)
+    weightless = MembraneHand(47.4e3, 0.002, 0.002)
     slack, inside = replace(MODEL, hand=weightless), replace(MODEL, hand=weightless._replace(mount_prestretch=0.004))
     for depth, flat in ((0.004, 0.005), (0.010, 0.076)):
         force, sd = slack.predict(0.01, 0.0, depth)

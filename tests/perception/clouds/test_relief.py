@@ -16,7 +16,7 @@ from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
 from stretch_bt.perception.clouds.relief import add_view, carved
-from stretch_bt.perception.clouds.seen import View, turn_of, view_of
+from stretch_bt.perception.clouds.seen import CellView, turn_of, view_of
 from stretch_bt.perception.clouds.told import told, told_points
 
 MM = 1e-3
@@ -261,7 +261,7 @@ def test_what_one_of_several_presses_took_for_contact_does_not_move_an_object():
         hung=wrong[2],
     )
     places = once.place(np.argwhere(beside))
-    lower = View(
+    lower = CellView(
         np.argwhere(beside) + origin,
         np.full(len(places), 20 * MM),
         np.zeros(len(places), bool),

@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 
 from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.relief import CELL, add_view
-from stretch_bt.perception.clouds.seen import View
+from stretch_bt.perception.clouds.seen import CellView
 from stretch_bt.perception.clouds.stand_off import HANG_SD, stand_off, with_stand_off
 from stretch_bt.perception.clouds.told import told_points
 
@@ -19,7 +19,7 @@ def over(membrane):
     cells = np.stack(np.meshgrid(np.arange(-40, 40), np.arange(-40, 40), indexing="ij"), axis=2).reshape(-1, 2)
     x, y = ((cells + 0.5) * CELL).T
     touched = np.maximum(np.abs(x), np.abs(y)) < 18 * MM
-    return add_view(View(cells, membrane(x, y), touched, np.zeros(len(cells), dtype=bool)))
+    return add_view(CellView(cells, membrane(x, y), touched, np.zeros(len(cells), dtype=bool)))
 
 
 def edges(slope, width, turn=0.0):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, seen
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardcases.domains.fits.contacts import BALL, RADIUS, cut_out
 from stretch_bt.perception import (
@@ -26,7 +26,7 @@ def press():
 
 
 def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(press):
-    small = seen(Press(Sphere(0.02), 0.03, 0.010))
+    small = seen(BodyPress(Sphere(0.02), 0.03, 0.010))
     for view, radius in ((press, RADIUS), (small, 0.01)):
         for seed in range(3):
             try:

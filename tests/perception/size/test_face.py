@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception import find_contact, measure_contact
 from stretch_bt.simulation.membrane.indenters.cube import Cube
@@ -15,7 +15,7 @@ NOISE = Noise(white=0.3e-3)
 
 
 def measured(shape, stretch, every=1, **options):
-    view = seen(Press(shape, stretch, 0.010))
+    view = seen(BodyPress(shape, stretch, 0.010))
     contact = find_contact(observe(view, NOISE, 0))
     surface, labels = (np.ascontiguousarray(a[::every, ::every]) for a in (contact.surface, contact.labels))
     return view, measure_contact(surface, labels, stretch=stretch, **options)

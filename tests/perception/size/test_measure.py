@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, seen
 from stretch_bt.perception import deproject, diameters, measure_contact, to_membrane
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 PRESSES = [
-    Press(Cylinder(0.016), 0.0, 0.012, (0.004, -0.006)),
-    Press(Cylinder(0.018), 0.025, 0.011, (-0.007, 0.003)),
-    Press(Cylinder(0.026), 0.055, 0.011, (0.002, 0.007)),
+    BodyPress(Cylinder(0.016), 0.0, 0.012, (0.004, -0.006)),
+    BodyPress(Cylinder(0.018), 0.025, 0.011, (-0.007, 0.003)),
+    BodyPress(Cylinder(0.026), 0.055, 0.011, (0.002, 0.007)),
 ]
 
 

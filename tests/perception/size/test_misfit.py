@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from outline_kinds import CLEAN, WHITE_03, ellipse, measured, off, polygon, prism, rectangle
 
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.size.measure import FILLET_SD
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -21,7 +21,7 @@ OUTLINES = {
 
 @cache
 def press(name):
-    return Press(prism(OUTLINES[name]), 25e-3, 10e-3)
+    return BodyPress(prism(OUTLINES[name]), 25e-3, 10e-3)
 
 
 @pytest.mark.parametrize("name", ["hexagon", "very round rectangle"])
@@ -38,7 +38,7 @@ def test_an_outline_that_noise_may_hide_widens_the_deviation(name):
 
 
 def test_a_circle_without_noise_is_a_circle_with_its_ordinary_deviation():
-    size = measured(Press(Cylinder(14.31e-3), 25e-3, 10e-3), CLEAN, 0)
+    size = measured(BodyPress(Cylinder(14.31e-3), 25e-3, 10e-3), CLEAN, 0)
     assert size.shape == "circle"
     assert abs(size.diameter_i - 14.31e-3) < 2 * size.diameter_i_sd < 0.4e-3
 
@@ -51,6 +51,6 @@ MORE = ((22e-3, 0.3e-3), (22e-3, 1.5e-3))
 def test_an_edge_of_any_radius_to_2_mm_is_within_what_is_stated(edges):
     errors = []
     for diameter, rim in edges:
-        size = measured(Press(Cylinder(diameter, rim), 25e-3, 10e-3), WHITE_03, 0, FILLET_SD)
+        size = measured(BodyPress(Cylinder(diameter, rim), 25e-3, 10e-3), WHITE_03, 0, FILLET_SD)
         errors.append((size.diameter_i - diameter) / size.diameter_i_sd)
     assert 0.6 < np.sqrt(np.mean(np.square(errors))) < 1.3

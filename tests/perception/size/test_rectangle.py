@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.accuracy.perception.noise import WHITE_05, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception import find_contact
 from stretch_bt.perception.size.box_prior import BoxPrior, shipped_box_prior
@@ -17,9 +17,9 @@ from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 PRESSES = {
-    "turned": Press(Box(13e-3, 24e-3, 0.5), 30e-3, 8e-3, (4e-3, -5e-3)),
-    "slack": Press(Box(16e-3, 27e-3, -1.2), 0.0, 11e-3, (-6e-3, 2e-3)),
-    "square": Press(Box(15e-3, 15e-3, 0.3), 50e-3, 7e-3, (3e-3, 6e-3)),
+    "turned": BodyPress(Box(13e-3, 24e-3, 0.5), 30e-3, 8e-3, (4e-3, -5e-3)),
+    "slack": BodyPress(Box(16e-3, 27e-3, -1.2), 0.0, 11e-3, (-6e-3, 2e-3)),
+    "square": BodyPress(Box(15e-3, 15e-3, 0.3), 50e-3, 7e-3, (3e-3, 6e-3)),
 }
 
 
@@ -61,7 +61,7 @@ def test_the_fillet_moves_the_sides_and_its_uncertainty_their_deviation():
 
 
 def test_a_free_outline_measures_a_disc_within_its_deviation():
-    press = Press(Cylinder(20e-3), 20e-3, 8e-3, (2e-3, 3e-3))
+    press = BodyPress(Cylinder(20e-3), 20e-3, 8e-3, (2e-3, 3e-3))
     contact = contact_of(press)
     size = measure_contact(contact.surface, contact.labels, stretch=press.stretch, hypothesis="free_form")
     for value, sd in ((size.diameter_i, size.diameter_i_sd), (size.diameter_j, size.diameter_j_sd)):

@@ -5,7 +5,7 @@ import pytest
 
 from stretch_bt.accuracy.perception.noise import WHITE_03, observe
 from stretch_bt.accuracy.perception.render import render
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, SheetView
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception import find_contact, measure_contact
 from stretch_bt.perception.size.prior import SKIRTS, shipped_prior
@@ -22,7 +22,9 @@ def shown(diameter, stretch, depth, at):
     touching = np.isfinite(points[..., 2])
     touching[touching] = solved.touches(points[touching])
     return observe(
-        Seen(Press(Cylinder(diameter), stretch, depth, at), seen.astype(np.float32), touching, 0.0), WHITE_03, 1
+        SheetView(BodyPress(Cylinder(diameter), stretch, depth, at), seen.astype(np.float32), touching, 0.0),
+        WHITE_03,
+        1,
     )
 
 

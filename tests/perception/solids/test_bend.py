@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.perception.solids.bend import _linear, _slopes
-from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.profile import HeightProfile
 
 STEP = 1e-7  # m
 
@@ -17,7 +17,7 @@ def test_slopes_are_those_of_the_residuals_with_the_other_numbers_fitted(curved,
     rng = np.random.default_rng(seed)
     at = np.sort(rng.uniform(-12e-3, 12e-3, 60))
     bent = np.maximum(at - 1e-3, 0.0) * rng.uniform(-1.0, 1.0) + rng.normal(0.0, 1e-4, at.shape)
-    profile = Profile(at, bent, rng.integers(1, 30, at.shape).astype(float), 2e-5)
+    profile = HeightProfile(at, bent, rng.integers(1, 30, at.shape).astype(float), 2e-5)
 
     def left(moved, longer):
         return _linear(profile, place + moved, length + longer, curved)[1]

@@ -5,7 +5,7 @@ import pytest
 
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.corner import fit_corner
-from stretch_bt.perception.solids.profile import STEP, Profile
+from stretch_bt.perception.solids.profile import STEP, HeightProfile
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
@@ -24,7 +24,7 @@ def profile(shape, depth, axis):
     inside = (np.abs(points[:, 1 - axis]) < 6 * MM) & (points[:, axis] > 2 * MM)
     _, which, count = np.unique(np.floor(points[inside, axis] / STEP), return_inverse=True, return_counts=True)
     at, height = (np.bincount(which.ravel(), points[inside, k]) / count for k in (axis, 2))
-    return Profile(at, height + TOP - depth, count.astype(float), 0.0)
+    return HeightProfile(at, height + TOP - depth, count.astype(float), 0.0)
 
 
 @pytest.mark.parametrize(("bending", "thickness"), [(False, 2.0), (True, 1.9), (True, 2.1)])

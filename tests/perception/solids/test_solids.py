@@ -10,7 +10,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception import Dimension, cloud_of, fit_object
 from stretch_bt.perception.solids.bend import fit_bend
 from stretch_bt.perception.solids.domes import Dome, domes_of, radii_of
-from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.profile import HeightProfile
 from stretch_bt.perception.solids.result import pooled
 from stretch_bt.perception.solids.views import views_of
 from stretch_bt.perception.solids.wire import no_wire_there
@@ -291,7 +291,7 @@ def test_a_bend_is_where_its_straight_parts_meet_within_its_deviation(seed):
     at = np.arange(-12.0, 12.0, 0.4) * MM
     place, length = rng.uniform(-1, 1) * MM, rng.uniform(0.5, 2.5) * MM
     z = 0.03 + 0.02 * (at - place) - 0.5 * m.bend(at - place, length) + 2e-6 * rng.normal(size=at.size)
-    found = fit_bend(Profile(at, z, np.full(at.size, 20.0), 10e-6), 0.5 * MM)
+    found = fit_bend(HeightProfile(at, z, np.full(at.size, 20.0), 10e-6), 0.5 * MM)
     assert abs(found.place - place) < 3 * found.sd < 0.3 * MM
     assert abs(found.length - length) < 3 * found.length_sd < 0.6 * MM
     assert (found.near, found.far) == pytest.approx((0.02, -0.48), abs=0.01)
@@ -302,9 +302,9 @@ def test_a_profile_without_a_bend_has_none():
     at = np.arange(-12.0, 12.0, 0.4) * MM
     for z, reason in ((np.full(at.size, 0.03), "bend down"), (0.03 + 0.5 * np.maximum(at, 0.0), "bend down")):
         with pytest.raises(IllConditioned, match=reason):
-            fit_bend(Profile(at, z, np.ones(at.size), 1e-5), 0.0)
+            fit_bend(HeightProfile(at, z, np.ones(at.size), 1e-5), 0.0)
     with pytest.raises(IllConditioned, match="too little"):
-        fit_bend(Profile(at[:20], 0 * at[:20], np.ones(20), 1e-5), 10 * MM)
+        fit_bend(HeightProfile(at[:20], 0 * at[:20], np.ones(20), 1e-5), 10 * MM)
 
 
 def test_pooling_widens_where_places_differ():

@@ -1,32 +1,10 @@
-import math
 import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.runtime.report.scale import ticks
 from stretch_bt.runtime.report.text import number, seconds, with_sd
-
-RANGES = st.tuples(st.floats(-1e4, 1e4), st.floats(1e-6, 1e6))  # where it starts, in spans, and its span
-
-
-@given(RANGES, st.integers(2, 12))
-def test_ticks_are_few_round_and_inside(span: tuple[float, float], count: int) -> None:
-    low, high = span[0] * span[1], (span[0] + 1) * span[1]
-    found = ticks(low, high, count)
-    slack = 1e-6 * (high - low)
-    assert count / 3 - 1 <= len(found) <= count + 1
-    assert all(low - slack <= tick <= high + slack for tick in found)
-    if len(found) > 1:
-        step = found[1] - found[0]
-        lead = step / 10 ** math.floor(math.log10(step * 1.0001))
-        assert min(abs(lead - m) for m in (1, 2, 5)) < 1e-2
-
-
-@pytest.mark.parametrize("high", [1.0, math.nan, math.inf])
-def test_an_empty_range_has_one_tick(high: float) -> None:
-    assert ticks(1.0, high, 4) == [1.0]
 
 
 @given(st.floats(-1e5, 1e5), st.floats(1e-4, 1e4))

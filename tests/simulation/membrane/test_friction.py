@@ -6,7 +6,7 @@ from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction, remember
-from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
+from stretch_bt.simulation.membrane.sheet.problem import ContactPenalty, Problem
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 ROUND = {"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.006}
@@ -44,7 +44,7 @@ def rubbing_problem():
     x, y = mesh.touch
     places = mesh.evaluate(control, x.place.ravel(), y.place.ravel())
     (body,) = place(Sphere(0.02), (1.2e-5, -6e-6), (0.001, 0.0), pressed.load.depth)
-    contact = Contact(body, old.stiffness, old.offset)
+    contact = ContactPenalty(body, old.stiffness, old.offset)
     contact.friction = LaggedFriction.after(remember(control, mesh, old, unit), places, old.body, contact, 1.0, unit)
     return Problem(mesh, pressed.sheet.law(), [contact], unit), control.copy()
 

@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.materials.base import energy
 from stretch_bt.simulation.membrane.round_sheet import RoundSheet
 from stretch_bt.simulation.membrane.sheet.effects import Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.newton import Newton
-from stretch_bt.simulation.membrane.sheet.problem import GRADIENT, Contact, Problem
+from stretch_bt.simulation.membrane.sheet.problem import GRADIENT, ContactPenalty, Problem
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 RUBBER = NeoHookean(1.0)
@@ -56,7 +56,7 @@ def test_an_even_stretch_is_exact_and_balanced(prestretch):
 def test_gradient_and_hessian_are_derivatives_and_the_rim_is_held(check_derivatives):
     sheet, mesh = meshed(MEMBRANE, 9)
     (body,) = place(SPHERE, (0.1, 0.05), (0.0, 0.0), 0.3)
-    problem = Problem(mesh, sheet.law(), [Contact(body, 2.0, 0.05)], sheet.unit)
+    problem = Problem(mesh, sheet.law(), [ContactPenalty(body, 2.0, 0.05)], sheet.unit)
     rng = np.random.default_rng(3)
     flat = sheet.outline.flat(mesh, sheet.span(0.0))
     control = sheet.outline.tent(flat, [body], sheet.span(0.0), sheet.unit)

@@ -12,10 +12,10 @@ from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.indenters.wire import Wire
 from stretch_bt.simulation.membrane.materials import MooneyRivlin
-from stretch_bt.simulation.membrane.sheet.bending import Bending
+from stretch_bt.simulation.membrane.sheet.bending import BendingMatrices
 from stretch_bt.simulation.membrane.sheet.effects import Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
-from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
+from stretch_bt.simulation.membrane.sheet.problem import ContactPenalty, Problem
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Axis
 
@@ -36,10 +36,10 @@ def small_problem(law=(0.5, 0.0, 1.0, 0.0, 0.0, 0.0), bending=False):
     zones = [Zone(-4.0, 4.0, 3.0)]
     mesh = Mesh(Axis(breakpoints(90.0, zones, 2.0)), Axis(breakpoints(100.0, zones, 2.0)))
     (body,) = place(Sphere(0.02), (0.0, 0.0), (0.1, 0.0), 0.008)
-    problem = Problem(mesh, np.array(law), [Contact(body, 2.0, 0.05)], 1e-3)
+    problem = Problem(mesh, np.array(law), [ContactPenalty(body, 2.0, 0.05)], 1e-3)
     problem.weight = 1e-3
     if bending:
-        problem.bending = Bending.of(mesh, 1.3)
+        problem.bending = BendingMatrices.of(mesh, 1.3)
     rng = np.random.default_rng(4)
     control = np.concatenate([mesh.rest * [0.95, 1.3], np.zeros((*mesh.shape[:2], 1))], axis=2)
     control[..., 2] = 8.05 * np.exp(-(control[..., 0] ** 2 + control[..., 1] ** 2) / 400)

@@ -9,7 +9,7 @@ from typing import Any
 
 from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.perception.measure import CYLINDERS, NOISES, SPHERES, clouds, job, view_of, words
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import segment
 from stretch_bt.perception.segmentation import Rule
@@ -38,7 +38,7 @@ def jobs(frames: int) -> Iterator[Job]:
             )
 
 
-def _apart(press: Press, labels: Any) -> float:
+def _apart(press: BodyPress, labels: Any) -> float:
     touching, found, visible = view_of(press).touching, labels == CONTACT, labels != INVALID
     either = (found | touching) & visible
     return 1.0 - float((found & touching).sum()) / max(float(either.sum()), 1.0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.perception.measure import NOISES, SPHERES, clouds, job, view_of, words
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import Curvatures, curvatures
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -38,7 +38,7 @@ def jobs(frames: int) -> Iterator[Job]:
             )
 
 
-def _error(press: Press, found: Curvatures) -> float:
+def _error(press: BodyPress, found: Curvatures) -> float:
     body = press.indenter
     assert isinstance(body, Sphere)
     inside = cv2.distanceTransform(view_of(press).touching.astype(np.uint8), cv2.DIST_L2, 3)

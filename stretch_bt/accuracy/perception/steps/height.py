@@ -22,7 +22,7 @@ from stretch_bt.accuracy.perception.measure import (
     words,
 )
 from stretch_bt.accuracy.perception.noise import CLEAN
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import segment, track_height
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED
@@ -55,25 +55,25 @@ def jobs(frames: int) -> Iterator[Job]:
             )
 
 
-def _height(press: Press, own: bool, points_: Any, valid: Any) -> Estimate:
+def _height(press: BodyPress, own: bool, points_: Any, valid: Any) -> Estimate:
     return track_height(points_, valid, segment(points_, valid) if own else _true_labels(press, valid))
 
 
-def _off(press: Press, found: Estimate) -> float:
+def _off(press: BodyPress, found: Estimate) -> float:
     return float(found.value) - _top(press)
 
 
-def _true_labels(press: Press, valid: Any) -> Any:
+def _true_labels(press: BodyPress, valid: Any) -> Any:
     return np.where(valid, np.where(view_of(press).touching, CONTACT, UNDEFORMED), INVALID).astype(np.uint8)
 
 
 @lru_cache(maxsize=16)
-def _top(press: Press) -> float:
+def _top(press: BodyPress) -> float:
     """Return the height of the sheet over the top, m: its contact is a little softer than a hard one."""
     view = view_of(press)
     z = cloud(view, CLEAN, 0)[0][..., 2][view.touching]
     return float(np.median(z)) if isinstance(press.indenter, Cylinder) else float(z.max())
 
 
-def _bound(press: Press, noise: float) -> float:
+def _bound(press: BodyPress, noise: float) -> float:
     return noise / float(np.sqrt(view_of(press).touching.sum()))

@@ -13,7 +13,7 @@ from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.peers import guarded, open3d_normals
 from stretch_bt.accuracy.perception.measure import CYLINDERS, NOISES, SPHERES, cloud, clouds, job, view_of, words
 from stretch_bt.accuracy.perception.noise import CLEAN
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import estimate_normals
 
@@ -45,11 +45,11 @@ def _open3d(radius: float, points_: Any, valid: Any) -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=8)
-def _truth(press: Press) -> tuple[Any, Any]:
+def _truth(press: BodyPress) -> tuple[Any, Any]:
     return estimate_normals(*cloud(view_of(press), CLEAN, 0), kernel=_TRUTH)
 
 
-def _angle(press: Press, answer: tuple[Any, Any]) -> float:
+def _angle(press: BodyPress, answer: tuple[Any, Any]) -> float:
     (normals, trusted), (truth, known), depth = answer, _truth(press), view_of(press).depth
     where = trusted & known & (depth > 0) & (depth < depth.max() - 1e-3)
     cosine = np.clip((normals[where] * truth[where]).sum(axis=-1), -1.0, 1.0)

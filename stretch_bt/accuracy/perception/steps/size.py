@@ -9,7 +9,7 @@ from typing import Any
 
 from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.perception.measure import CYLINDERS, NOISES, clouds, job, words
-from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import ContactSize, measure_contact, segment
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -38,16 +38,16 @@ def jobs(frames: int) -> Iterator[Job]:
             )
 
 
-def _labelled(press: Press, noise: Any, count: int) -> Iterator[tuple[Any, Any]]:
+def _labelled(press: BodyPress, noise: Any, count: int) -> Iterator[tuple[Any, Any]]:
     for points_, valid in clouds(press, noise, count):
         yield points_, segment(points_, valid)
 
 
-def _measured(press: Press, shape: str, points_: Any, labels: Any) -> ContactSize:
+def _measured(press: BodyPress, shape: str, points_: Any, labels: Any) -> ContactSize:
     return measure_contact(points_, labels, stretch=press.stretch, hypothesis=shape)
 
 
-def _error(press: Press, size: ContactSize) -> float:
+def _error(press: BodyPress, size: ContactSize) -> float:
     body = press.indenter
     assert isinstance(body, Cylinder)
     return float(size.diameter_j - body.diameter)

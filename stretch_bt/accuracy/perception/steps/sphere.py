@@ -12,7 +12,7 @@ from stretch_bt.accuracy.peers import guarded, pyransac3d_sphere
 from stretch_bt.accuracy.perception.analytic import curvature_bound
 from stretch_bt.accuracy.perception.measure import NOISES, SPHERES, bound_job, clouds, frames, job, view_of, words
 from stretch_bt.accuracy.perception.noise import Noise
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress
 from stretch_bt.accuracy.points import Setting
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import (
@@ -37,7 +37,7 @@ def jobs(count: int) -> Iterator[Job]:
         yield from _of_case(press, name, NOISES[name], count)
 
 
-def _of_case(press: Press, name: str, noise: Noise, count: int) -> Iterator[Job]:
+def _of_case(press: BodyPress, name: str, noise: Noise, count: int) -> Iterator[Job]:
     case, radius = f"{words(press)}, {name}", _radius(press)
     yield bound_job(case, count, "radius", partial(_bound, press, noise.white))
 
@@ -57,7 +57,7 @@ def _of_case(press: Press, name: str, noise: Noise, count: int) -> Iterator[Job]
     yield guarded("pyransac3d_sphere", tried)
 
 
-def _radius(press: Press) -> float:
+def _radius(press: BodyPress) -> float:
     body = press.indenter
     assert isinstance(body, Body)
     return body.diameter / 2
@@ -67,20 +67,20 @@ def _found(frame: DepthFrame) -> Sphere:
     return fit_contact_sphere(find_contact(frame))
 
 
-def _cap(press: Press, points_: Any, valid: Any) -> Any:
+def _cap(press: BodyPress, points_: Any, valid: Any) -> Any:
     return points_[view_of(press).touching & valid]
 
 
-def _fit(press: Press, share: int, points_: Any, valid: Any) -> Sphere:
+def _fit(press: BodyPress, share: int, points_: Any, valid: Any) -> Sphere:
     cap = _cap(press, points_, valid)[::share]
     return fit_sphere(cap, rays=view_rays(cap, (0.0, 0.0, PLANE_DISTANCE)))
 
 
-def _ransac(press: Press, noise: float, points_: Any, valid: Any) -> float:
+def _ransac(press: BodyPress, noise: float, points_: Any, valid: Any) -> float:
     return pyransac3d_sphere.curvature(_cap(press, points_, valid), noise)
 
 
-def _bound(press: Press, noise: float) -> float:
+def _bound(press: BodyPress, noise: float) -> float:
     """Return the Cramer-Rao bound of 1/R, over 1/R, for white noise, m, on all pixels that touch."""
     view, (x, y), radius = view_of(press), press.at, _radius(press)
     points_ = to_membrane(deproject(view.depth, CAMERA)[0], PLANE_DISTANCE)[view.touching].astype(float)

@@ -12,7 +12,7 @@ import numpy as np
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
-from stretch_bt.simulation.balloons.balance import Balance
+from stretch_bt.simulation.balloons.balance import CapBalance
 from stretch_bt.simulation.balloons.cap import HAND, PLATE, Cap
 from stretch_bt.simulation.balloons.curve import PowerCurve
 from stretch_bt.simulation.balloons.elements import volume
@@ -53,7 +53,7 @@ def _cap(**options: Any) -> Cap:
 def _derivative_error(fill: str) -> float:
     """Return the largest error of the derivatives of the equations, relative to the largest of each unknown."""
     cap = _cap(filling=FILLS[fill], elements=10)
-    state, balance = cap.press(2e-3), Balance(cap, 2e-3)
+    state, balance = cap.press(2e-3), CapBalance(cap, 2e-3)
     noise = 1 + 1e-3 * np.random.default_rng(0).standard_normal(balance.size)
     unknown = balance.packed(state.nodes, state.pressure, state.hand) * noise
     matrix, worst = balance.system(unknown)[1], 0.0

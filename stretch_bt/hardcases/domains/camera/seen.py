@@ -16,8 +16,8 @@ from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.simulation.camera.fold_kernel import look_through
 from stretch_bt.simulation.camera.renderer import _COLUMNS, _ROWS, DepthRenderer, _continued
-from stretch_bt.simulation.camera.skin import Grid, Plane, Profile, table_under
-from stretch_bt.simulation.camera.view import RIGHT, SR305, Offset, View
+from stretch_bt.simulation.camera.skin import Grid, Plane, RoundBump, table_under
+from stretch_bt.simulation.camera.view import RIGHT, SR305, CameraView, Offset
 from stretch_bt.simulation.camera.view_kernel import look
 from stretch_bt.simulation.effects.lens_distortion import LensDistortion
 from stretch_bt.simulation.membrane.surface import Surface
@@ -55,7 +55,7 @@ def _grid(height: Any, pitch: float = 0.7e-3, width: float = 0.09, length: float
 
 def _places(depth: Depth, lens: Intrinsics, offset: Offset) -> Any:
     """Return where in the membrane frame each pixel is, m."""
-    view = View(lens, DISTANCE, offset)
+    view = CameraView(lens, DISTANCE, offset)
     return depth[..., None].astype(float) * ray_table(lens) @ view.turn + view.place
 
 
@@ -76,7 +76,7 @@ def _on_profile(name: str) -> list[float]:
     lens, offset = VIEWS[name]
     flat = Surface(0.008, 0.006, 0.0025, 0.045, 0.015)
     surface = Surface(float(flat.depth - flat.height(0.045 * (1 - 1e-12))), 0.006, 0.0025, 0.045, 0.015)
-    depth = _rendered(Profile(surface, (0.002, -0.004), 0.09, 0.12), lens, offset)
+    depth = _rendered(RoundBump(surface, (0.002, -0.004), 0.09, 0.12), lens, offset)
     x, y, z = np.moveaxis(_places(depth, lens, offset)[depth > 0], -1, 0)
     off = np.abs(z - surface.height(np.hypot(x - 0.002, y + 0.004))).max()
     return [float(off), float(np.abs(x).max()) - 0.045, float(np.abs(y).max()) - 0.06, len(x)]
@@ -136,7 +136,7 @@ def _both_ways() -> tuple[int, float]:
 
 def _at_once(name: str, off: Offset = RIGHT) -> list[float]:
     """Return whether a surface is seen in one pass, how many pixels only that shows or hides, and by how much both ways differ, m."""
-    view, image, second = View(CROP, DISTANCE, off), *np.zeros((2, CROP.height, CROP.width), np.float32)
+    view, image, second = CameraView(CROP, DISTANCE, off), *np.zeros((2, CROP.height, CROP.width), np.float32)
     column, row, away = view.project(_continued(ENDING[name].points))
     seen = look(column, row, away, np.empty((5, len(column), CROP.width)), image)
     look_through(column, row, away, _ROWS, _COLUMNS, second)
@@ -176,7 +176,7 @@ def _seen_by_its_ray(name: str) -> float:
     lens = Intrinsics(lens.fx, lens.fy, lens.cx, lens.cy, 640, 480, lens.distortion)
     v, u = np.mgrid[60:420:40, 120:520:40]
     seen = _places(np.full((480, 640), 0.19, np.float32), lens, offset)[v, u]
-    found = View(lens, DISTANCE, offset).project(seen)
+    found = CameraView(lens, DISTANCE, offset).project(seen)
     return max(float(np.abs(a - b).max()) for a, b in zip(found, (u, v, 0.19), strict=True))
 
 
@@ -201,7 +201,7 @@ ENDING = {
 }
 BLIND: dict[str, tuple[Any, Intrinsics]] = {
     "inside a grid's bulge": (_grid(lambda x, y: 20 * _bump(x, y)), SR305),
-    "inside a profile's bulge": (Profile(Surface(0.195, 0.01, 0.0, 0.045, math.inf), (0.0, 0.0), 0.09, 0.1), SR305),
+    "inside a profile's bulge": (RoundBump(Surface(0.195, 0.01, 0.0, 0.045, math.inf), (0.0, 0.0), 0.09, 0.1), SR305),
     "an empty crop": (_grid(_bump), SR305.cropped(100, 100, 50, 90)),
     "a crop beside the sheet": (_grid(_bump), SR305.cropped(0, 40, 0, 40)),
 }
@@ -282,7 +282,7 @@ CASES: tuple[Hard, ...] = (
             "a grid of heights": (lambda: Grid(np.zeros((9, 9))), Refusal(InvalidInput, "points")),
             "a grid of no numbers": (lambda: Grid(np.full((9, 9, 3), np.nan)), Refusal(InvalidInput, "finite")),
             "a camera within the membrane": (
-                lambda: View(SR305, 0.2, Offset(z=-0.2)),
+                lambda: CameraView(SR305, 0.2, Offset(z=-0.2)),
                 Refusal(InvalidInput, "in front"),
             ),
         },

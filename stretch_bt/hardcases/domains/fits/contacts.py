@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter
 
 from stretch_bt.accuracy.perception import analytic
 from stretch_bt.accuracy.perception.noise import WHITE_03, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.hardcases.expect import Check, Refusal
 from stretch_bt.hardcases.hard import Hard, group
@@ -30,20 +30,20 @@ from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 RADIUS, PIXEL = 15e-3, 0.42e-3
-BALL = Press(Sphere(2 * RADIUS), 0.03, 0.018, (4e-3, -3e-3))
+BALL = BodyPress(Sphere(2 * RADIUS), 0.03, 0.018, (4e-3, -3e-3))
 WHITE_05, BOTH = Noise(white=0.5e-3), Noise(white=0.2e-3, correlated=0.2e-3, kernel=2.5)
 
 
 @cache
-def _view(wanted: Press = BALL) -> Seen:
+def _view(wanted: BodyPress = BALL) -> SheetView:
     return seen(wanted)
 
 
-def _cut_out(wanted: Press, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
+def _cut_out(wanted: BodyPress, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
     return cut_out(_view(wanted), WHITE_03, seed, long, wide)
 
 
-def cut_out(view: Seen, noise: Noise, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
+def cut_out(view: SheetView, noise: Noise, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
     """Return an ellipse about the true contact, `long` times its size along i and `wide` times along j, as a contact."""
     points, valid = deproject(observe(view, noise, seed))
     points = to_membrane(points, PLANE_DISTANCE)
@@ -181,7 +181,7 @@ def _half_gone() -> Any:
 
 NO_MEMBRANE = Refusal(NoContact, "no part of the membrane")
 NO_PIXEL = Refusal(NoContact, "no valid pixel")
-FLAT_FACE = Press(Cylinder(0.02), 0.03, 0.008, (0.004, -0.006))
+FLAT_FACE = BodyPress(Cylinder(0.02), 0.03, 0.008, (0.004, -0.006))
 CAPS = ((14e-3, 30), (25e-3, 20), (10e-3, 40), (8e-3, 55), (35e-3, 25))
 NO_RADIUS = (
     ("face", 6e-3, 25, "no radius"),

@@ -25,8 +25,8 @@ from stretch_bt.simulation.membrane.indenters.wire import Wire
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.check import check
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
-from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
-from stretch_bt.simulation.membrane.sheet.problem import GRADIENT, Contact, Problem
+from stretch_bt.simulation.membrane.sheet.newton import Minimum, Newton
+from stretch_bt.simulation.membrane.sheet.problem import GRADIENT, ContactPenalty, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Axis
 from stretch_bt.simulation.membrane.surface import pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
@@ -49,7 +49,7 @@ def problem_of(indenter: Any, depth: float) -> tuple[Problem, Any]:
     zones = [Zone(-4.0, 4.0, 3.0)]
     mesh = Mesh(Axis(breakpoints(90.0, zones, 4.0)), Axis(breakpoints(100.0, zones, 4.0)))
     (body,) = place(indenter, (0.0, 0.0), (0.0, 0.0), depth)
-    problem = Problem(mesh, np.array((0.5, 0.0, 1.0, 0.0, 0.0, 0.0)), [Contact(body, 2.0, 0.05)], 1e-3)
+    problem = Problem(mesh, np.array((0.5, 0.0, 1.0, 0.0, 0.0, 0.0)), [ContactPenalty(body, 2.0, 0.05)], 1e-3)
     flat = np.concatenate([mesh.rest * [0.95, 1.1], np.zeros((*mesh.shape[:2], 1))], axis=2)
     return problem, np.ascontiguousarray(flat)
 
@@ -73,7 +73,7 @@ def _longest_step(indenter: Any) -> float:
 def _checked(depth: float) -> None:
     """Check a sheet that is flat, with a body up to a depth inside it."""
     problem, flat = problem_of(BALL, depth)
-    outcome = Outcome(flat, problem.evaluate(flat, GRADIENT))
+    outcome = Minimum(flat, problem.evaluate(flat, GRADIENT))
     assert outcome.evaluation.totals[0, 5] > 0  # points in contact
     sheet, load = SimpleNamespace(unit=1e-3), SimpleNamespace(travel=depth)
     check(_any(SimpleNamespace(force=np.array([0, 0, 1.0]), sheet=sheet, load=load)), problem, outcome)

@@ -15,11 +15,11 @@ from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.model.calibration.calibrate import calibrate
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import Range as Limits
-from stretch_bt.model.force.membrane import Hand, MembraneModel
+from stretch_bt.model.force.membrane import MembraneHand, MembraneModel
 
 NOTHING = tuple((0.0,) * 6 for _ in range(6))
 SPAN = Limits((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
-HAND = MembraneModel(Hand(75e3, 0.0018, 0.0135, 0.15, 0.8, 0.10), NOTHING, 0.0, SPAN)
+HAND = MembraneModel(MembraneHand(75e3, 0.0018, 0.0135, 0.15, 0.8, 0.10), NOTHING, 0.0, SPAN)
 DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.045, 0.06), (0.0, 0.02, 0.04, 0.06, 0.08), (1, 3, 5, 8, 11, 15)
 
 

@@ -15,14 +15,16 @@ from stretch_bt.hardcases.expect import Check, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.model import CalibratedHertz, ForceModel, MembraneModel, StretchState, next_indentation
 from stretch_bt.model.force.force_model import Range
-from stretch_bt.model.force.membrane import PARAMETERS, Hand
-from stretch_bt.model.force.membrane_table import Axis, read_table
+from stretch_bt.model.force.membrane import PARAMETERS, MembraneHand
+from stretch_bt.model.force.membrane_table import SplineAxis, read_table
 
 HERTZ = ForceModel.default()
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
 _SDS = np.array([2e3, 5e-5, 5e-4, 0.03, 0.1, 0.01])
 COVARIANCE = tuple(map(tuple, np.diag(_SDS**2).tolist()))
-MEMBRANE = MembraneModel(Hand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "a case"})
+MEMBRANE = MembraneModel(
+    MembraneHand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "a case"}
+)
 FLAT = StretchState(0.0, 5e3, 0.0, 0.0, 0.0, 0.02, 0.0)
 NEVER_STIFFER = CalibratedHertz((FLAT, replace(FLAT, stretch=0.06)), 0.02, 0.0, HERTZ.range)
 Ask = Callable[[Any], Any]
@@ -113,7 +115,7 @@ def _spread_of_draws() -> float:
 def _spline() -> float:
     """Return how far a spline is off a cubic, between its places, at both ends past them, and in its slopes."""
     places = np.array([0.0, 0.7, 1.0, 2.5, 3.0, 4.2])
-    axis, cubic = Axis(places), np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.3])
+    axis, cubic = SplineAxis(places), np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.3])
     inside = np.linspace(0.0, 4.2, 41)
     slope = cubic.deriv()
     off = [

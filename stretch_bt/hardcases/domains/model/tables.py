@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardcases.expect import Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
-from stretch_bt.model.calibration.characterization import Press, as_table, first_lines, parse_table, table_line
+from stretch_bt.model.calibration.characterization import PressRow, as_table, first_lines, parse_table, table_line
 from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
 from stretch_bt.model.calibration.measurements import Measurements
 from stretch_bt.model.calibration.protocol import missing, protocol
@@ -93,7 +93,7 @@ MAPS = {
     "a cell without end": (MAP.replace("ellipse", "e" * 200_000), r":3: .* a cell is longer than 131072 characters"),
     "a stretch below 0": (MAP.replace("20,10,5,1,fit", "20,-10,5,1,fit"), "stretch_mm: -10 is below -1"),
 }
-WRITTEN = Press("sphere", 0.02, 0.0, 0.005, 1, 0.4, 0.004, 0.06, 1.0)
+WRITTEN = PressRow("sphere", 0.02, 0.0, 0.005, 1, 0.4, 0.004, 0.06, 1.0)
 NOT_CONDITIONED: dict[str, Any] = {
     "true": True,
     "a number": 0.08,
@@ -143,7 +143,7 @@ def _again(made: Conditioning) -> bool:
 
 
 def _read(made: Conditioning | None) -> bool:
-    row = Press("sphere", 0.02, 0.01, 0.005, 1, 0.4, 0.01, 0.05, 0.0)
+    row = PressRow("sphere", 0.02, 0.01, 0.005, 1, 0.4, 0.01, 0.05, 0.0)
     return (
         Measurements.of(as_table({} if made is None else {CONDITIONED: made.to_json()}, [row, row])).conditioned == made
     )

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import WHITE_05, observe
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, seen
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.expect import Check, Refusal
 from stretch_bt.hardcases.hard import group
@@ -26,14 +26,14 @@ from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-FACE = Press(Cylinder(0.02), 0.03, 0.008)
-BALL = Press(Sphere(0.05), 0.03, 0.008)
-PAIR = Press(Several((Part(Cylinder(0.014), (-0.012, 0.0)), Part(Cylinder(0.010), (0.012, 0.0)))), 0.03, 0.008)
+FACE = BodyPress(Cylinder(0.02), 0.03, 0.008)
+BALL = BodyPress(Sphere(0.05), 0.03, 0.008)
+PAIR = BodyPress(Several((Part(Cylinder(0.014), (-0.012, 0.0)), Part(Cylinder(0.010), (0.012, 0.0)))), 0.03, 0.008)
 Image = npt.NDArray[np.float64]
 
 
 @functools.cache
-def _depth(wanted: Press = FACE) -> Image:
+def _depth(wanted: BodyPress = FACE) -> Image:
     return observe(seen(wanted), WHITE_05, 0).depth.astype(float)
 
 
@@ -52,7 +52,7 @@ def _membrane(image: Image) -> Any:
     return to_membrane(points, PLANE_DISTANCE), valid
 
 
-def _labelled(wanted: Press) -> Any:
+def _labelled(wanted: BodyPress) -> Any:
     points, valid = _membrane(_depth(wanted))
     return points, segment(points, valid)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.accuracy.perception.noise import WHITE_03, Noise, observe
-from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.perception.view import BodyPress, seen
 from stretch_bt.errors import InvalidInput, NoAnswer, NoContact
 from stretch_bt.hardcases.expect import Check, Refusal
 from stretch_bt.hardcases.hard import group
@@ -17,7 +17,7 @@ from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.perception.size.measure import measure_contact
 from stretch_bt.simulation.membrane.indenters.box import Box
 
-BOX = Press(Box(14e-3, 22e-3, 0.4), 30e-3, 9e-3, (3e-3, -2e-3))
+BOX = BodyPress(Box(14e-3, 22e-3, 0.4), 30e-3, 9e-3, (3e-3, -2e-3))
 SIDES = 14e-3, 22e-3
 EXACT = Noise(quantum=4e-6, dropouts=0.0)
 Change = Callable[[Any, Any], tuple[Any, Any]]

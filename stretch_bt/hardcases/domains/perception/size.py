@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, BodyPress, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.hardcases.expect import Check, Refusal
 from stretch_bt.hardcases.hard import group
@@ -31,7 +31,7 @@ Change = Callable[[Any], Any]
 @cache
 def _press(at: tuple[float, float] = (0.0, 0.0)) -> tuple[Any, Any]:
     """Return points in the membrane frame and labels that know the truth."""
-    view = seen(Press(Cylinder(WIDTH), STRETCH, DEPTH, at))
+    view = seen(BodyPress(Cylinder(WIDTH), STRETCH, DEPTH, at))
     points, valid = deproject(observe(view, NOISE, 1))
     points = to_membrane(points, PLANE_DISTANCE)
     face = view.touching | (points[..., 2] > DEPTH - 0.1e-3)

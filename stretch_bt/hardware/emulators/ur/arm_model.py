@@ -20,7 +20,7 @@ from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import Kinematics
 
-__all__ = ["ArmModel", "JointMove", "LineMove", "Move", "Servo", "Slowing", "SpeedJ", "SpeedL", "line_length"]
+__all__ = ["ArmModel", "JointMove", "LineMove", "Move", "ServoMotion", "Slowing", "SpeedJ", "SpeedL", "line_length"]
 
 #: fastest joints of both models, rad/s
 _FASTEST = math.pi
@@ -225,7 +225,7 @@ class SpeedJ(Move):
         return False
 
 
-class Servo(Move):
+class ServoMotion(Move):
     """The joints after a target that is set anew all the time, with a lag, s; for ever."""
 
     def __init__(self, target: Array, lag: float) -> None:

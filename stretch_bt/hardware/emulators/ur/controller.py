@@ -20,7 +20,7 @@ from stretch_bt.hardware.emulators.ur.arm_model import ArmModel, Slowing
 from stretch_bt.hardware.emulators.ur.registers import AnalogOutputs, Registers
 from stretch_bt.hardware.emulators.ur.safety import SAFETY, Safety
 
-__all__ = ["Controller", "Profile", "Program", "ProgramEnded"]
+__all__ = ["Controller", "ControllerModel", "Program", "ProgramEnded"]
 
 _RUNNING, _IDLE, _POWER_ON, _POWER_OFF = 7, 5, 4, 3
 _STOPPED, _PLAYING, _PAUSED = 1, 2, 4
@@ -39,7 +39,7 @@ class ProgramEnded(Exception):
 _OUTPUTS = ("standard_digital_output", "configurable_digital_output", "tool_digital_output")
 
 
-class Profile(NamedTuple):
+class ControllerModel(NamedTuple):
     """What a model of controller is: version (major, minor, bugfix, build), cycles a second, name, serial number."""
 
     version: tuple[int, int, int, int]
@@ -74,7 +74,7 @@ class Controller:
 
     def __init__(
         self,
-        profile: Profile,
+        profile: ControllerModel,
         arm: ArmModel,
         felt: Callable[[], tuple[float, ...]],
         shown: Callable[[str], dict[str, float] | None],

@@ -13,7 +13,7 @@ from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.ur.version import has_model
 
-__all__ = ["Dashboard"]
+__all__ = ["DashboardService"]
 
 _LONGEST = 2048
 _MODES = {3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 7: "RUNNING"}
@@ -31,7 +31,7 @@ _TOO_SOON = (
 )
 
 
-class Dashboard:
+class DashboardService:
     """Answers the lines of one controller's dashboard."""
 
     def __init__(self, host: str, port: int, controller: Controller, faults: Faults) -> None:

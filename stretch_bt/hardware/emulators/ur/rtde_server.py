@@ -12,7 +12,7 @@ from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, deafen, received, sever
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.fields import INPUT_FIELDS, OUTPUT_FIELDS, found
-from stretch_bt.hardware.emulators.ur.rtde_session import Session
+from stretch_bt.hardware.emulators.ur.rtde_session import RtdeSession
 from stretch_bt.hardware.emulators.ur.variables import OUTPUTS
 from stretch_bt.hardware.emulators.ur.wire import Packages, Unpackable, package, size_of, text_of, unpack
 
@@ -68,9 +68,9 @@ class RtdeServer:
 
     def __init__(self, host: str, port: int, controller: Controller, faults: Faults) -> None:
         self._controller, self._faults = controller, faults
-        self._sessions: list[Session] = []
-        self._claims: dict[str, Session] = {}
-        self._answers: dict[str, Callable[[Session, bytes], bytes | None]] = {
+        self._sessions: list[RtdeSession] = []
+        self._claims: dict[str, RtdeSession] = {}
+        self._answers: dict[str, Callable[[RtdeSession, bytes], bytes | None]] = {
             "V": self._version,
             "v": lambda session, payload: struct.pack(">4I", *controller.profile.version),
             "O": self._outputs,
@@ -100,17 +100,17 @@ class RtdeServer:
             if self._meets(fault, session):
                 sever(session.connection, direction, reset=fault == "reset")
 
-    def _meets(self, fault: str, session: Session, **asked: str) -> bool:
+    def _meets(self, fault: str, session: RtdeSession, **asked: str) -> bool:
         return any(self._faults.meets(fault, connection=name, **asked) for name in ("rtde", session.kind))
 
-    def _hear_or_not(self, session: Session) -> None:
+    def _hear_or_not(self, session: RtdeSession) -> None:
         deaf = self._meets("freeze", session, direction="in")
         if deaf is not session.deaf:
             deafen(session.connection, deaf)
             session.deaf = deaf
 
     def _serve(self, connection: socket.socket) -> None:
-        session, packages = Session(connection), Packages()
+        session, packages = RtdeSession(connection), Packages()
         with self._controller.lock:
             self._sessions.append(session)
         try:
@@ -125,14 +125,14 @@ class RtdeServer:
                 self._sessions.remove(session)
                 self._claims = {name: owner for name, owner in self._claims.items() if owner is not session}
 
-    def _take(self, session: Session, kind: str, payload: bytes) -> None:
+    def _take(self, session: RtdeSession, kind: str, payload: bytes) -> None:
         with self._controller.lock:
             asked = self._answers.get(kind)
             answer = asked(session, payload) if asked is not None else None
             if answer is not None:
                 session.connection.sendall(package(kind, answer))
 
-    def _send(self, session: Session, data: bytes) -> None:
+    def _send(self, session: RtdeSession, data: bytes) -> None:
         """Send without waiting; a client that does not read is left."""
         with suppress(OSError, ValueError):  # ValueError: the connection was closed meanwhile
             writable = bool(select.select([], [session.connection], [], 0.0)[1])
@@ -142,14 +142,14 @@ class RtdeServer:
 
     # --- what is asked
 
-    def _version(self, session: Session, payload: bytes) -> bytes:
+    def _version(self, session: RtdeSession, payload: bytes) -> bytes:
         asked = int.from_bytes(payload, "big")
         if len(payload) != 2 or asked not in _PROTOCOLS:
             return b"\x00"
         session.protocol = asked
         return b"\x01"
 
-    def _outputs(self, session: Session, payload: bytes) -> bytes:
+    def _outputs(self, session: RtdeSession, payload: bytes) -> bytes:
         if session.protocol == 1:
             return self._recipe(session, min(_FIRST_RATE, self._controller.profile.rate), _names(payload))
         if len(payload) < 8:
@@ -160,7 +160,7 @@ class RtdeServer:
             return b"\x00"
         return b"\x01" + self._recipe(session, rate, names)
 
-    def _recipe(self, session: Session, rate: float, names: list[str]) -> bytes:
+    def _recipe(self, session: RtdeSession, rate: float, names: list[str]) -> bytes:
         """Return the types of an output recipe, and take it when all of its fields are there."""
         version = self._controller.profile.version
         fields = [found(OUTPUT_FIELDS, name, version) for name in names]
@@ -170,7 +170,7 @@ class RtdeServer:
             session.tell(types, [OUTPUTS[name] for name in names], round(cycles))
         return ",".join(types).encode()
 
-    def _inputs(self, session: Session, payload: bytes) -> bytes:
+    def _inputs(self, session: RtdeSession, payload: bytes) -> bytes:
         names = _names(payload)
         types = [self._input_type(session, name) for name in names]
         number = len(session.inputs) + 1
@@ -180,18 +180,18 @@ class RtdeServer:
         self._claims.update(dict.fromkeys(names, session))
         return bytes([number]) + ",".join(types).encode()
 
-    def _input_type(self, session: Session, name: str) -> str:
+    def _input_type(self, session: RtdeSession, name: str) -> str:
         field = found(INPUT_FIELDS, name, self._controller.profile.version)
         taken = self._faults.shown("registers") is not None and "register" in name
         if taken or self._claims.get(name, session) is not session:
             return _IN_USE
         return field.kind if field else _NOT_FOUND
 
-    def _start(self, session: Session, *, on: bool) -> bytes:
+    def _start(self, session: RtdeSession, *, on: bool) -> bytes:
         session.started = on and bool(session.asks)
         return bytes([session.started if on else True])
 
-    def _update(self, session: Session, payload: bytes) -> None:
+    def _update(self, session: RtdeSession, payload: bytes) -> None:
         names = session.inputs.get(payload[0]) if payload else None
         if names is None:
             return
@@ -199,13 +199,13 @@ class RtdeServer:
         if len(payload) - 1 == size_of(types):
             self._controller.take(dict(zip(names, unpack(types, payload[1:]), strict=True)))
 
-    def _note(self, session: Session, payload: bytes) -> None:
+    def _note(self, session: RtdeSession, payload: bytes) -> None:
         """Write a client's message down."""
         self._controller.note(f"a client says: {text_of(payload, session.protocol)}")
 
     # --- what goes out
 
-    def _packages(self, session: Session) -> list[bytes]:
+    def _packages(self, session: RtdeSession) -> list[bytes]:
         """Return what goes out in a cycle, as the active faults let it."""
         now = self._controller.time
         if self._meets("freeze", session, direction="out"):
@@ -226,7 +226,7 @@ class RtdeServer:
             ready.append(session.held.popleft()[1])
         return ready
 
-    def _broken(self, session: Session, data: bytes) -> bytes:
+    def _broken(self, session: RtdeSession, data: bytes) -> bytes:
         if self._shown(session, "corrupt") is not None:
             data = data[:4] + bytes(byte ^ 0x5A for byte in data[4:])
         if self._shown(session, "truncate") is not None:
@@ -236,7 +236,7 @@ class RtdeServer:
             data = bytes((37 * k + 11) % 251 for k in range(min(int(garbage["bytes"]), 1 << 16)))
         return data
 
-    def _shown(self, session: Session, fault: str) -> dict[str, float] | None:
+    def _shown(self, session: RtdeSession, fault: str) -> dict[str, float] | None:
         """Return the parameters of a fault that meets a client."""
         return self._faults.shown(fault) if self._meets(fault, session) else None
 

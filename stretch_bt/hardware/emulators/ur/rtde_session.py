@@ -12,14 +12,14 @@ from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.variables import Ask
 from stretch_bt.hardware.emulators.ur.wire import flat, layout, package
 
-__all__ = ["Session"]
+__all__ = ["RtdeSession"]
 
 #: the number of the one output recipe, which only the second protocol sends
 _RECIPE = b"\x01"
 
 
 @dataclass(eq=False)
-class Session:
+class RtdeSession:
     """One client: its connection, its recipes, and how far it is."""
 
     connection: socket.socket

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, Servo, SpeedJ, SpeedL
+from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, ServoMotion, SpeedJ, SpeedL
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program, ProgramEnded
 from stretch_bt.hardware.transforms import Array, inverse, six, transform
 
@@ -212,10 +212,10 @@ class ControlScript:
     def _servo(self, q: Array) -> None:
         lag = min(max(self._double(9), 0.03), 0.2)
         now = self._arm.move
-        if isinstance(now, Servo):
+        if isinstance(now, ServoMotion):
             now.target, now.lag = q, lag
         else:
-            self._arm.move = Servo(q, lag)
+            self._arm.move = ServoMotion(q, lag)
 
     def _stop(self, deceleration: float) -> Program:
         if self._moving is not None:

@@ -13,12 +13,12 @@ import numpy as np
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
-from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.stand_in_world import StandInWorld
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
 from stretch_bt.hardware.emulators.ur.client_port import ClientPort
-from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
-from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.controller import Controller, ControllerModel
+from stretch_bt.hardware.emulators.ur.dashboard import DashboardService
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
 from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, version_message
 from stretch_bt.hardware.emulators.ur.programs import Programs
@@ -91,10 +91,10 @@ class Ur5StandIn(StandIn):
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
     SENSES: ClassVar[tuple[str, ...]] = ("felt",)
     MODEL: ClassVar[str] = "ur5"
-    PROFILE: ClassVar[Profile] = Profile((3, 15, 8, 106339), 125.0, "UR5", "2018350000")
+    PROFILE: ClassVar[ControllerModel] = ControllerModel((3, 15, 8, 106339), 125.0, "UR5", "2018350000")
     NOISE: ClassVar[ForceNoise] = CB3
 
-    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+    def __init__(self, host: str, stage: StandInWorld, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         kinematics = MODELS[self.MODEL]
         flange = inverse(transform_of(BASE)) @ transform_of(_HOME) @ inverse(transform_of(HAND))
@@ -120,7 +120,7 @@ class Ur5StandIn(StandIn):
         try:
             self._rtde = RtdeServer(self.host, self.ports["rtde"], self.controller, self.faults)
             self._servers["rtde"] = self._rtde.server
-            dashboard = Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults)
+            dashboard = DashboardService(self.host, self.ports["dashboard"], self.controller, self.faults)
             self._servers["dashboard"] = dashboard.server
             for wire in [wire for wire in self.ports if wire not in self._servers]:
                 self._clients[wire] = self._client_port(wire)
@@ -272,5 +272,5 @@ class Ur5eStandIn(Ur5StandIn):
     """The controller of a UR5e, PolyScope 5.11 at 500 Hz; else like the controller of the UR5."""
 
     MODEL: ClassVar[str] = "ur5e"
-    PROFILE: ClassVar[Profile] = Profile((5, 11, 8, 1010133), 500.0, "UR5", "20225500001")
+    PROFILE: ClassVar[ControllerModel] = ControllerModel((5, 11, 8, 1010133), 500.0, "UR5", "20225500001")
     NOISE: ClassVar[ForceNoise] = E_SERIES

@@ -6,12 +6,12 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.report.chart import Line, Mark, chart
 from stretch_bt.runtime.report.panels.keys import Key
 from stretch_bt.runtime.report.text import escape, number, seconds, section, table
 from stretch_bt.runtime.sketches import SKETCHES
-from stretch_bt.units import is_number
 
 __all__ = ["panel"]
 

@@ -6,7 +6,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Sensed, read_sensitivity
 from stretch_bt.model.calibration.sensitivity_trends import (
     ALONG,
-    Cell,
+    ErrorBin,
     cells_of,
     depth_from,
     fine_share,
@@ -52,7 +52,7 @@ def panel(record: RecordReader) -> str:
     return section("Contact sensitivity", _numbers(presses, maps) + f'<div class="grid">{figures}</div>', NOTE)
 
 
-def _figure(method: str, quantity: str, cells: list[Cell]) -> str:
+def _figure(method: str, quantity: str, cells: list[ErrorBin]) -> str:
     sizes = sorted({cell.size for cell in cells})
     maps = [
         Map(f"{number(1e3 * size)} mm", [_tile(cell, quantity) for cell in cells if cell.size == size])
@@ -61,7 +61,7 @@ def _figure(method: str, quantity: str, cells: list[Cell]) -> str:
     return heatmaps(f"{_QUANTITIES[quantity]}: {NAMES[method]}", "stretch, mm", "depth, mm", maps, MOST)
 
 
-def _tile(cell: Cell, quantity: str) -> Tile:
+def _tile(cell: ErrorBin, quantity: str) -> Tile:
     value = getattr(cell, quantity)
     where = (
         f"{number(1e3 * cell.size)} mm, stretch {number(1e3 * cell.stretch)} mm, depth {number(1e3 * cell.depth)} mm"
@@ -71,7 +71,7 @@ def _tile(cell: Cell, quantity: str) -> Tile:
     return Tile(1e3 * cell.stretch, 1e3 * cell.depth, shown, cell.fine and quantity == "absolute", f"{where}\n{told}")
 
 
-def _numbers(presses: tuple[Sensed, ...], maps: dict[str, list[Cell]]) -> str:
+def _numbers(presses: tuple[Sensed, ...], maps: dict[str, list[ErrorBin]]) -> str:
     head = (
         "method",
         "below 1 mm",
@@ -92,7 +92,7 @@ def _numbers(presses: tuple[Sensed, ...], maps: dict[str, list[Cell]]) -> str:
     return table(head, rows, range(1, len(head)))
 
 
-def _share(cells: list[Cell]) -> str:
+def _share(cells: list[ErrorBin]) -> str:
     share = fine_share(cells)
     return f"{share.value:.0%} of {len(cells)}"
 
@@ -105,7 +105,7 @@ def _mean(presses: tuple[Sensed, ...], method: str) -> str:
     return escape(with_sd(1e3 * found.value, 1e3 * found.sd))
 
 
-def _trend(cells: list[Cell], along: str) -> str:
+def _trend(cells: list[ErrorBin], along: str) -> str:
     try:
         found = trend(cells, along)
     except IllConditioned:

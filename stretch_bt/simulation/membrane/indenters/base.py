@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.units import is_number
+from stretch_bt.plain_numbers import is_number
 
 __all__ = ["Gap", "Indenter", "Solid", "Zone", "empty_gap", "positive", "spacing"]
 

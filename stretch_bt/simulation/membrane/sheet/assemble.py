@@ -9,7 +9,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
+from stretch_bt.simulation.membrane.sheet.problem import ContactPenalty, Problem
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -29,7 +29,7 @@ def hanging_problem(sheet: Sheet, mesh: Mesh) -> Problem:
 
 def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: SheetPress | None = None) -> Problem:
     """Return the equations of a press; `past` is the earlier one that softening and friction remember."""
-    contacts = [Contact(b, k) for b, k in zip(layout.bodies, layout.stiffnesses(), strict=True)]
+    contacts = [ContactPenalty(b, k) for b, k in zip(layout.bodies, layout.stiffnesses(), strict=True)]
     for contact, offset in zip(contacts, offsets, strict=False):
         contact.offset = offset
     problem = _with_effects(Problem(mesh, layout.sheet.law(), contacts, layout.unit), layout.sheet, past)
@@ -44,9 +44,9 @@ def _with_effects(problem: Problem, sheet: Sheet, past: SheetPress | None) -> Pr
     mesh = problem.mesh
     problem.weight = sheet.weight
     if sheet.effects.bending:
-        from stretch_bt.simulation.membrane.sheet.bending import Bending
+        from stretch_bt.simulation.membrane.sheet.bending import BendingMatrices
 
-        problem.bending = Bending.of(mesh, (sheet.thickness / sheet.unit) ** 2 / 3)
+        problem.bending = BendingMatrices.of(mesh, (sheet.thickness / sheet.unit) ** 2 / 3)
     if sheet.effects.mullins is not None:
         problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
     return problem

@@ -13,15 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, Table
+from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, BasisTable
 
-__all__ = ["Bending"]
+__all__ = ["BendingMatrices"]
 
 Places = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Bending:
+class BendingMatrices:
     """Matrices (n, n) of values, slopes and bends along each axis; `rigidity` D over mu H times the squared unit."""
 
     rigidity: float
@@ -29,7 +29,7 @@ class Bending:
     y: tuple[Array, Array, Array]
 
     @classmethod
-    def of(cls, mesh: Mesh, rigidity: float) -> Bending:
+    def of(cls, mesh: Mesh, rigidity: float) -> BendingMatrices:
         """Return the bending energy of a mesh."""
         tx, ty = mesh.touch
         return cls(rigidity, _matrices(mesh.x, tx), _matrices(mesh.y, ty))
@@ -67,7 +67,7 @@ class Bending:
         return rows_, columns_, values
 
 
-def _matrices(axis: Axis, table: Table) -> tuple[Array, Array, Array]:
+def _matrices(axis: Axis, table: BasisTable) -> tuple[Array, Array, Array]:
     count = len(axis.greville)
     made = []
     for basis in (table.value, table.slope, table.bend):

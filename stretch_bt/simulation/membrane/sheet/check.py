@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.error_law import side_error
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Minimum, Newton
 from stretch_bt.simulation.membrane.sheet.overhang import overhang
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
@@ -32,7 +32,7 @@ _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a thi
 
 
 def measure(
-    layout: Layout, newton: Newton, outcome: Outcome, more: RigidForce, memory: Memory, *, settles: bool
+    layout: Layout, newton: Newton, outcome: Minimum, more: RigidForce, memory: Memory, *, settles: bool
 ) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at.
 
@@ -103,7 +103,7 @@ def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bo
         yield "the sheet also presses on the sides of the indenter"
 
 
-def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
+def check(result: SheetPress, problem: Problem, outcome: Minimum) -> None:
     """Raise NoEquilibrium where a converged state is no answer."""
     totals = outcome.evaluation.totals
     if not (np.isfinite(result.force).all() and np.isfinite(outcome.control).all()):
@@ -122,7 +122,7 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
             raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
 
 
-def _check_borders(problem: Problem, outcome: Outcome) -> None:
+def _check_borders(problem: Problem, outcome: Minimum) -> None:
     """Raise NoEquilibrium where the sheet rests on the border of a height field."""
     for contact in problem.contacts:
         body = contact.body.indenter

@@ -20,7 +20,7 @@ from stretch_bt.simulation.membrane.indenters.base import Zone
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
 from stretch_bt.simulation.membrane.sheet.outline import CLAMP_POINTS
-from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, Table
+from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, BasisTable
 
 __all__ = ["Disc", "DiscMesh"]
 
@@ -66,7 +66,7 @@ class DiscMesh(Mesh):
                 areas[j : j + ny, i : i + nx] += parts[j, i]
         return areas
 
-    def _slopes(self, tx: Table, ty: Table) -> tuple[tuple[Array, Array], Array]:
+    def _slopes(self, tx: BasisTable, ty: BasisTable) -> tuple[tuple[Array, Array], Array]:
         """Return derivatives (2, ey, ex, qy, qx) of the place by u and by v, and the area of a unit of u, v."""
         local = np.lib.stride_tricks.sliding_window_view(self.rest, (3, 3), axis=(0, 1))  # (ey, ex, c, j, i)
         by_u, by_v = (

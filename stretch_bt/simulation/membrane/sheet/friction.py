@@ -21,7 +21,7 @@ from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.membrane.sheet.problem import Contact
+    from stretch_bt.simulation.membrane.sheet.problem import ContactPenalty
 
 __all__ = ["FrictionMemory", "LaggedFriction", "remember"]
 
@@ -71,7 +71,13 @@ class LaggedFriction:
 
     @classmethod
     def after(
-        cls, memory: FrictionMemory, places: Array, old: Placed, contact: Contact, coefficient: float, unit: float
+        cls,
+        memory: FrictionMemory,
+        places: Array,
+        old: Placed,
+        contact: ContactPenalty,
+        coefficient: float,
+        unit: float,
     ) -> LaggedFriction:
         """Return friction that goes on from a memory at `places` (NY, NX, 3), sheet units, on the body where it was.
 
@@ -100,7 +106,7 @@ class LaggedFriction:
         """Return the work done against friction since the last press, with the energy in its springs."""
         return self.add(control, mesh, GRADIENT, np.zeros(control.shape), np.empty((0, 0)), np.zeros(8))
 
-    def renewed(self, control: Array, mesh: Mesh, contact: Contact, unit: float) -> tuple[LaggedFriction, float]:
+    def renewed(self, control: Array, mesh: Mesh, contact: ContactPenalty, unit: float) -> tuple[LaggedFriction, float]:
         """Return it with the pressure and normals of a solved shape, and how much the limits changed as a whole."""
         places = _surface(control, mesh)
         pressure, normal = _pressure(places, contact, unit)
@@ -120,7 +126,7 @@ class LaggedFriction:
         return out
 
 
-def remember(control: Array, mesh: Mesh, contact: Contact, unit: float) -> FrictionMemory:
+def remember(control: Array, mesh: Mesh, contact: ContactPenalty, unit: float) -> FrictionMemory:
     """Return the memory of a solved shape for the next press."""
     places = _surface(control, mesh)
     pressure, _ = _pressure(places, contact, unit)
@@ -148,7 +154,7 @@ def _around(field: Array) -> Array:
     return np.asarray(sum(padded[j : j + rows, i : i + columns] for j in range(3) for i in range(3)))
 
 
-def _pressure(places: Array, contact: Contact, unit: float) -> tuple[Array, Array]:
+def _pressure(places: Array, contact: ContactPenalty, unit: float) -> tuple[Array, Array]:
     """Return pressure (NY, NX) and outward normal (NY, NX, 3) at the places of all Gauss points."""
     gap = contact.body.gap(np.ascontiguousarray(places.reshape(-1, 3) * unit))
     depth = contact.offset - gap.distance.reshape(places.shape[:2]) / unit

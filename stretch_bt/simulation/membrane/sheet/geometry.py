@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.plain_numbers import is_number
 from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
-from stretch_bt.simulation.membrane.sheet.outline import Outline, Rectangle
+from stretch_bt.simulation.membrane.sheet.outline import Rectangle, SheetOutline
 from stretch_bt.simulation.membrane.sheet.spline import Array
-from stretch_bt.units import is_number
 
 __all__ = ["Sheet"]
 
@@ -36,7 +36,7 @@ class Sheet:
     material: Material = field(default_factory=_default_material)
     mount_prestretch: float = 0.0
     effects: Effects = field(default_factory=Effects)
-    outline: Outline = field(default_factory=Rectangle)
+    outline: SheetOutline = field(default_factory=Rectangle)
 
     def __post_init__(self) -> None:
         for name in ("gauge", "width", "thickness"):

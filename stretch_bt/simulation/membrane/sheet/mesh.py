@@ -10,7 +10,7 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Zone
-from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, Table
+from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, BasisTable
 
 __all__ = ["Mesh", "breakpoints"]
 
@@ -38,12 +38,12 @@ class Mesh:
         return float(min(np.diff(self.x.breaks).min(), np.diff(self.y.breaks).min()))
 
     @cached_property
-    def strain(self) -> tuple[Table, Table]:
+    def strain(self) -> tuple[BasisTable, BasisTable]:
         """Tables at the Gauss points where the sheet strains."""
         return self.x.gauss(2), self.y.gauss(2)
 
     @cached_property
-    def touch(self) -> tuple[Table, Table]:
+    def touch(self) -> tuple[BasisTable, BasisTable]:
         """Tables at the Gauss points where it can touch."""
         return self.x.gauss(4), self.y.gauss(4)
 

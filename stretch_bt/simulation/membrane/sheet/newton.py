@@ -12,7 +12,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Newton", "Outcome", "Step"]
+__all__ = ["Done", "Minimum", "Newton", "NewtonStep"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -24,7 +24,7 @@ _BALANCED = 1e-3  # part of the force that may be left where rounding is in the 
 
 
 @dataclass(slots=True)
-class Step:
+class NewtonStep:
     """An accepted step: its largest component, the energy it promised, and where it led."""
 
     size: float
@@ -33,11 +33,11 @@ class Step:
     after: Evaluation
 
 
-Done = Callable[[Step], bool]
+Done = Callable[[NewtonStep], bool]
 
 
 @dataclass(slots=True)
-class Outcome:
+class Minimum:
     """Where a minimisation ended."""
 
     control: Array
@@ -62,7 +62,7 @@ class Newton:
         self._bands = problem.bands()
         self._held: int | None = None  # which band holds the factor; the other takes the next Hessian
 
-    def run(self, done: Done, budget: int) -> Outcome:
+    def run(self, done: Done, budget: int) -> Minimum:
         """Return a minimum.
 
         Raises
@@ -88,7 +88,7 @@ class Newton:
             if step is None:
                 if self.reuses == 0 and self.fresh:
                     if _rounded(here, direction):
-                        return Outcome(self.control, here)
+                        return Minimum(self.control, here)
                     raise NoEquilibrium(_stuck(here, direction))
                 pending = self._room()
                 here = self.problem.evaluate(self.control, EXACT, pending)
@@ -97,7 +97,7 @@ class Newton:
             self.fresh = False
             here, last = step.after, size
             if done(step):
-                return Outcome(self.control, here)
+                return Minimum(self.control, here)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
     def _room(self) -> Array:
@@ -140,7 +140,9 @@ class Newton:
         solved, _ = self._substitute(self._bands[self._held].T, change.reshape(-1), lower=1)
         return np.asarray(solved).reshape(change.shape)
 
-    def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
+    def _search(
+        self, here: Evaluation, direction: Array, size: float, keep: bool
+    ) -> tuple[NewtonStep | None, Array | None]:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""
         promise = float(np.vdot(here.gradient[1:-1], direction))
         length = min(1.0, self.problem.largest_step / size) if size > 0 else 1.0
@@ -155,7 +157,7 @@ class Newton:
             # an energy that changes by no more than its rounding says nothing, so the slope decides
             if rise < -noise or (rise <= noise and np.vdot(there.gradient[1:-1], direction) <= -0.5 * promise):
                 self.control = trial
-                return Step(size * length, promise, here, there), band
+                return NewtonStep(size * length, promise, here, there), band
             length /= 2
         return None, None
 

@@ -14,13 +14,13 @@ from stretch_bt.simulation.membrane.sheet import start
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
 from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
 
-__all__ = ["CLAMP_POINTS", "Outline", "Rectangle"]
+__all__ = ["CLAMP_POINTS", "Rectangle", "SheetOutline"]
 
 CLAMP_POINTS = 181
 _ENDS = np.stack(np.meshgrid(np.linspace(-1, 1, CLAMP_POINTS), [-1, 1]), axis=-1).reshape(-1, 2)
 
 
-class Outline(Protocol):
+class SheetOutline(Protocol):
     """An outline; lengths in sheet units, hundredths of the gauge, and `span` between opposite clamps."""
 
     def back(self, length: float) -> tuple[float, float]:

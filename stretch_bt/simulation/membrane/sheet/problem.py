@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stretch_bt.simulation.membrane.indenters.base import Gap
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
-from stretch_bt.simulation.membrane.sheet.bending import Bending
+from stretch_bt.simulation.membrane.sheet.bending import BendingMatrices
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT, PROJECTED
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
@@ -19,7 +19,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 if TYPE_CHECKING:  # its kernels are compiled when a press has friction
     from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction
 
-__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "around", "near", "seen"]
+__all__ = ["EXACT", "GRADIENT", "PROJECTED", "ContactPenalty", "Evaluation", "Problem", "around", "near", "seen"]
 
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
@@ -28,7 +28,7 @@ _FREE = np.zeros(3)
 
 
 @dataclass(slots=True)
-class Contact:
+class ContactPenalty:
     """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units.
 
     `friction` is None where it has none.
@@ -70,12 +70,12 @@ class Problem:
 
     mesh: Mesh
     law: Array
-    contacts: list[Contact]
+    contacts: list[ContactPenalty]
     unit: float
     peak: Array = field(default_factory=lambda: _NO_PEAK)
     flat: bool = False
     weight: float = 0.0
-    bending: Bending | None = None
+    bending: BendingMatrices | None = None
 
     @property
     def unknowns(self) -> int:
@@ -114,7 +114,9 @@ class Problem:
         sides = self._hold_sides(gradient, band, mode) if self.mesh.held else _FREE
         return Evaluation(energy, gradient, totals, sides)
 
-    def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
+    def _touch(
+        self, contact: ContactPenalty, control: Array, mode: int, gradient: Array, band: Array, row: Array
+    ) -> float:
         elements, gap = self._gaps(contact, control)
         x, y = self.mesh.touch
         return float(
@@ -138,7 +140,7 @@ class Problem:
             )  # fmt: skip
         return excess, lift
 
-    def pressures(self, contact: Contact, control: Array) -> tuple[Array, Array]:
+    def pressures(self, contact: ContactPenalty, control: Array) -> tuple[Array, Array]:
         """Return the Gauss points (n, 3), m, near a body as it sees them, and the pressure (n,) at each times its area."""
         elements, gap = self._gaps(contact, control)
         x, y = self.mesh.touch
@@ -147,7 +149,7 @@ class Problem:
         sunk = np.maximum(contact.offset - gap.distance / self.unit, 0.0)
         return seen(self.mesh, contact.body, control, self.unit, elements), contact.stiffness * sunk * area
 
-    def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
+    def _gaps(self, contact: ContactPenalty, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
         """Return the elements that may touch at a Gauss point, and the gaps at their points, or lower bounds of the gaps.
 
         The distance changes by no more than a point moves: the distance at an element's middle control point rules most of its points out.

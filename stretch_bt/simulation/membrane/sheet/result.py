@@ -15,7 +15,7 @@ from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.sheet import contact_kernel
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
+from stretch_bt.simulation.membrane.sheet.problem import ContactPenalty, near, seen
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
 
@@ -139,7 +139,7 @@ class SheetPress:
     reaction: Array
     balance: float
     shape: Shape
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactPenalty, ...]
     nodes: int
     energy: float
     residual: float
@@ -187,7 +187,7 @@ class SheetPress:
         return touching
 
 
-def _slices_near(shape: Shape, contact: Contact, columns: int, rows: int) -> tuple[slice, slice]:
+def _slices_near(shape: Shape, contact: ContactPenalty, columns: int, rows: int) -> tuple[slice, slice]:
     """Return which rows and columns of a shape's points lie over elements that may come into a body."""
     elements = near(shape.mesh, contact.body, shape.control, shape.unit, 0.0)
     ey, ex = np.divmod(elements, shape.mesh.x.elements)
@@ -217,14 +217,14 @@ def _below(body: Placed, points: Array) -> Array:
     return below
 
 
-def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
+def _touched(shape: Shape, contact: ContactPenalty) -> tuple[Array, Array, Array]:
     """Return points, deformed areas and areas seen along z of the quadrature points in contact with a body."""
     points, normal, sunk, area = _near(shape, contact)
     touches, body = sunk > _least(contact, sunk, area), contact.body
     return points[touches] @ body.rotation.T + body.origin, area[touches], np.abs(normal[touches, 2])
 
 
-def _near(shape: Shape, contact: Contact) -> tuple[Array, Array, Array, Array]:
+def _near(shape: Shape, contact: ContactPenalty) -> tuple[Array, Array, Array, Array]:
     """Return points as the body sees them, area vectors, penetration in gauges and areas of the quadrature points near it."""
     (tx, ty), body, unit = shape.mesh.touch, contact.body, shape.unit
     elements = near(shape.mesh, body, shape.control, unit, contact.offset * (1 + _FLAT))
@@ -238,7 +238,7 @@ def _near(shape: Shape, contact: Contact) -> tuple[Array, Array, Array, Array]:
     return points, normal, sunk, np.linalg.norm(normal, axis=1)
 
 
-def _least(contact: Contact, sunk: Array, area: Array) -> float:
+def _least(contact: ContactPenalty, sunk: Array, area: Array) -> float:
     """Return the penetration, out of those at points that stand for an area, from which on the sheet touches.
 
     A round body carries tension T times its curvature right up to the edge; on the soft contact this settles as

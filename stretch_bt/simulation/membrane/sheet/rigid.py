@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Minimum, Newton
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -30,14 +30,14 @@ class RigidForce(NamedTuple):
     withheld: Array
 
 
-def rigid_energy(problem: Problem, outcome: Outcome) -> float:
+def rigid_energy(problem: Problem, outcome: Minimum) -> float:
     """Return the energy that the sheet would have on rigid bodies."""
     totals = outcome.evaluation.totals
     made_up = sum(c.offset * t[3] for c, t in zip(problem.contacts, totals, strict=True))
     return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
-def rigid_force(newton: Newton, outcome: Outcome) -> RigidForce:
+def rigid_force(newton: Newton, outcome: Minimum) -> RigidForce:
     """Return the change by rigid bodies of the force on the sheet.
 
     Where it is not small, or the tangent is not positive, it is withheld and counts only as an error.

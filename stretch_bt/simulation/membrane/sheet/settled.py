@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.sheet.newton import Step
+from stretch_bt.simulation.membrane.sheet.newton import NewtonStep
 
-__all__ = ["Settled"]
+__all__ = ["StepTest"]
 
 _LEFT = 1e-3  # residual of a press that is not exact on the default mesh: of the force, of the offset per depth
 _LOOSEST = 2.0
@@ -16,7 +16,7 @@ _BALANCE = 1e-7
 _LIMIT, _LIMIT_EXACT = 5e-2, 1e-3  # change of the limits of friction between passes
 
 
-class Settled:
+class StepTest:
     """Whether a step was the last: by its size, by the energy left, and where exact also by the balance of forces.
 
     The energy clause matters: slack corners creep for tens of iterations and change no force. `depth` is in sheet units,
@@ -29,7 +29,7 @@ class Settled:
         self.offset = _EXACT if exact else 2 * _CORRECTED * _LEFT if corrected else self.left
         self.small = 2 * self.left * min(1.0, depth)
 
-    def __call__(self, step: Step) -> bool:
+    def __call__(self, step: NewtonStep) -> bool:
         """Return whether to stop after a step."""
         force, before = step.after.force[2], step.before.force[2]
         calm = abs(force - before) < self.left * abs(force)

@@ -17,14 +17,14 @@ from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.increments import between, increments
 from stretch_bt.simulation.membrane.sheet.layout import Layout
-from stretch_bt.simulation.membrane.sheet.newton import Done, Newton, Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Done, Minimum, Newton
 from stretch_bt.simulation.membrane.sheet.predict import predict
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.reach import BudgetSpent, reach
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_force
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.simulation.membrane.sheet.settled import Settled
+from stretch_bt.simulation.membrane.sheet.settled import StepTest
 from stretch_bt.threads import one_thread
 
 __all__ = ["solve"]
@@ -199,7 +199,7 @@ class _Work(_Account):
         _update(newton.problem, self._run(newton, lambda step: step.size < 3e-2))
         return self._finish(newton, Memory(()))
 
-    def _run(self, newton: Newton, done: Done) -> Outcome:
+    def _run(self, newton: Newton, done: Done) -> Minimum:
         iterations, factors = newton.iterations, newton.factors
         try:
             return newton.run(done, self.limit - self.spent)
@@ -213,7 +213,7 @@ class _Work(_Account):
         if has_friction:
             from stretch_bt.simulation.membrane.sheet import friction_state
         settings = self.settings
-        settled = Settled(
+        settled = StepTest(
             self.layout.depth,
             self.layout.scale,
             exact=settings.exact,
@@ -245,7 +245,7 @@ class _Work(_Account):
         check(result, problem, outcome)
         return friction_state.without_friction(result, problem) if has_friction else result
 
-    def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, RigidForce]:
+    def _polish(self, newton: Newton, outcome: Minimum, settled: StepTest) -> tuple[Minimum, RigidForce]:
         """Return an outcome as exact as a fresh Hessian makes it, and the change of its force by rigid bodies (3,).
 
         The correction is for frictionless contact, also where there is friction, and belongs to the points that the
@@ -266,7 +266,7 @@ class _Work(_Account):
         return (outcome if done else self._run(newton, settled)), more
 
 
-def _update(problem: Problem, outcome: Outcome) -> float:
+def _update(problem: Problem, outcome: Minimum) -> float:
     """Set each offset to the mean penetration; return the largest change."""
     changes = [0.0]
     for contact, totals in zip(problem.contacts, outcome.evaluation.totals, strict=True):

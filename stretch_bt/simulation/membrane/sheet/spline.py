@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Axis", "Table"]
+__all__ = ["Axis", "BasisTable"]
 
 Array = npt.NDArray[np.float64]
 _GAUSS = {count: np.polynomial.legendre.leggauss(count) for count in (2, 4)}
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class BasisTable:
     """Basis at the Gauss points of every element: value, slope and bend (e, q, 3), weights and places (e, q)."""
 
     value: Array
@@ -46,13 +46,13 @@ class Axis:
         """How many elements there are."""
         return len(self.breaks) - 1
 
-    def gauss(self, count: int) -> Table:
+    def gauss(self, count: int) -> BasisTable:
         """Return the tables at `count` Gauss points an element."""
         points, weights = _GAUSS[count]
         middle, half = (self.breaks[1:] + self.breaks[:-1]) / 2, np.diff(self.breaks) / 2
         place = middle[:, None] + half[:, None] * points
         value, slope, bend = self.basis(np.arange(self.elements)[:, None], place)
-        return Table(value, slope, bend, half[:, None] * weights, place)
+        return BasisTable(value, slope, bend, half[:, None] * weights, place)
 
     def basis(self, element: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """Return value, first and second derivative (..., 3) of the functions of `element` (...) at places u (...)."""

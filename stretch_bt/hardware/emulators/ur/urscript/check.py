@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator
 from dataclasses import fields
 
-from stretch_bt.hardware.emulators.ur.urscript.syntax import Assign, Call, Define, Name, Node, Run
+from stretch_bt.hardware.emulators.ur.urscript.syntax import Assign, Define, Node, Run, ScriptCall, ScriptName
 from stretch_bt.hardware.emulators.ur.urscript.tokens import ScriptFault
 
 __all__ = ["check_names"]
@@ -19,11 +19,11 @@ def check_names(program: Define, functions: Container[str]) -> None:
     variables |= {name for node in nodes if isinstance(node, Define) for name, _ in node.parameters}
     for node in nodes:
         unknown = (
-            (isinstance(node, Call) and node.name not in defined and node.name not in functions)
+            (isinstance(node, ScriptCall) and node.name not in defined and node.name not in functions)
             or (isinstance(node, Run) and node.name not in defined)
-            or (isinstance(node, Name | Assign) and node.name not in variables)
+            or (isinstance(node, ScriptName | Assign) and node.name not in variables)
         )
-        if unknown and isinstance(node, Call | Run | Name | Assign):
+        if unknown and isinstance(node, ScriptCall | Run | ScriptName | Assign):
             raise ScriptFault(f"compile_error_name_not_found:{node.name}:", node.line, node.column)
 
 

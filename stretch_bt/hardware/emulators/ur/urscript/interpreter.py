@@ -63,7 +63,7 @@ class Interpreter:
         self._started = self._lines = 0
         self._node: syntax.Node = program
         self._does: dict[type, Callable[[Any, _Frame], Program]] = {
-            syntax.Do: self._do,
+            syntax.ScriptDo: self._do,
             syntax.Assign: self._assign,
             syntax.If: self._if,
             syntax.While: self._while,
@@ -74,13 +74,13 @@ class Interpreter:
             syntax.Define: self._define,
         }
         self._values: dict[type, Callable[[Any, _Frame], Evaluation]] = {
-            syntax.Constant: self._constant,
-            syntax.Name: self._variable,
+            syntax.ScriptConstant: self._constant,
+            syntax.ScriptName: self._variable,
             syntax.Listing: self._listing,
             syntax.Index: self._index,
-            syntax.Unary: self._unary,
-            syntax.Binary: self._binary,
-            syntax.Call: self._call,
+            syntax.ScriptUnary: self._unary,
+            syntax.ScriptBinary: self._binary,
+            syntax.ScriptCall: self._call,
             syntax.Run: self._run,
         }
 
@@ -145,7 +145,7 @@ class Interpreter:
         self._defined[node.name] = node
         yield from ()
 
-    def _do(self, node: syntax.Do, frame: _Frame) -> Program:
+    def _do(self, node: syntax.ScriptDo, frame: _Frame) -> Program:
         yield from self._value(node.expression, frame)
 
     def _assign(self, node: syntax.Assign, frame: _Frame) -> Program:
@@ -195,20 +195,20 @@ class Interpreter:
 
     # --- values
 
-    def _value(self, node: syntax.Expression, frame: _Frame) -> Evaluation:
+    def _value(self, node: syntax.ScriptExpression, frame: _Frame) -> Evaluation:
         return checked((yield from self._values[type(node)](node, frame)))
 
-    def _truth(self, node: syntax.Expression, frame: _Frame) -> Generator[None, None, bool]:
+    def _truth(self, node: syntax.ScriptExpression, frame: _Frame) -> Generator[None, None, bool]:
         value = yield from self._value(node, frame)
         if not isinstance(value, bool):
             raise TypeError("a condition must be True or False")
         return value
 
-    def _constant(self, node: syntax.Constant, frame: _Frame) -> Evaluation:
+    def _constant(self, node: syntax.ScriptConstant, frame: _Frame) -> Evaluation:
         yield from ()
         return node.value
 
-    def _variable(self, node: syntax.Name, frame: _Frame) -> Evaluation:
+    def _variable(self, node: syntax.ScriptName, frame: _Frame) -> Evaluation:
         yield from ()
         for names in (frame.names, self._globals.names):
             if node.name in names:
@@ -228,18 +228,18 @@ class Interpreter:
         at = yield from self._value(node.at, frame)
         return of[place_of(at)]
 
-    def _unary(self, node: syntax.Unary, frame: _Frame) -> Evaluation:
+    def _unary(self, node: syntax.ScriptUnary, frame: _Frame) -> Evaluation:
         value = yield from self._value(node.of, frame)
         return SIGNS["-"](0, value) if node.sign == "-" else not SIGNS["or"](value, False)
 
-    def _binary(self, node: syntax.Binary, frame: _Frame) -> Evaluation:
+    def _binary(self, node: syntax.ScriptBinary, frame: _Frame) -> Evaluation:
         left = yield from self._value(node.left, frame)
         if (node.sign, left) in (("and", False), ("or", True)) and isinstance(left, bool):
             return left
         right = yield from self._value(node.right, frame)
         return SIGNS[node.sign](left, right)
 
-    def _call(self, node: syntax.Call, frame: _Frame) -> Evaluation:
+    def _call(self, node: syntax.ScriptCall, frame: _Frame) -> Evaluation:
         given, named = [], {}
         for argument in node.arguments:
             given.append((yield from self._value(argument, frame)))

@@ -7,7 +7,15 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, Servo, SpeedJ, SpeedL, line_length
+from stretch_bt.hardware.emulators.ur.arm_model import (
+    JointMove,
+    LineMove,
+    Move,
+    ServoMotion,
+    SpeedJ,
+    SpeedL,
+    line_length,
+)
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program
 from stretch_bt.hardware.emulators.ur.urscript.values import Pose, Value, six_of
 from stretch_bt.hardware.transforms import six, transform
@@ -73,7 +81,7 @@ class _Moves:
     ) -> Program:
         """Follow a target of joint angles, rad, for a time, s."""
         lag = min(max(_positive(lookahead_time, "lookahead_time"), 0.03), 0.2)
-        self._arm.move = Servo(np.array(self._angles(q)), lag)
+        self._arm.move = ServoMotion(np.array(self._angles(q)), lag)
         return self.wait(t)
 
     def stop(self, a: float, *, joints: bool) -> Program:

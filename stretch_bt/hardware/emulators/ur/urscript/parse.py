@@ -6,23 +6,23 @@ from collections.abc import Callable
 
 from stretch_bt.hardware.emulators.ur.urscript.syntax import (
     Assign,
-    Binary,
-    Call,
-    Constant,
     Define,
-    Do,
-    Expression,
     If,
     Index,
     Join,
     Jump,
     Kill,
     Listing,
-    Name,
     Node,
     Return,
     Run,
-    Unary,
+    ScriptBinary,
+    ScriptCall,
+    ScriptConstant,
+    ScriptDo,
+    ScriptExpression,
+    ScriptName,
+    ScriptUnary,
     While,
 )
 from stretch_bt.hardware.emulators.ur.urscript.tokens import (
@@ -145,11 +145,11 @@ class _Parser:
         if not self._skip("="):
             if scope:
                 raise self._fault()
-            return Do(word.line, word.column, target)
+            return ScriptDo(word.line, word.column, target)
         value = self._expression()
         at = target.at if isinstance(target, Index) else None
         named = target.of if isinstance(target, Index) else target
-        if not isinstance(named, Name):
+        if not isinstance(named, ScriptName):
             raise ScriptFault(f"syntax_error_on_line:{word.line}:=", word.line, word.column)
         return Assign(word.line, word.column, scope, named.name, at, value)
 
@@ -159,7 +159,7 @@ class _Parser:
     def _define(self, word: Token) -> Node:
         name = self._name()
         self._expect("(")
-        parameters: list[tuple[str, Expression | None]] = []
+        parameters: list[tuple[str, ScriptExpression | None]] = []
         while not self._skip(")"):
             parameter = self._name()
             parameters.append((parameter, self._expression() if self._skip("=") else None))
@@ -171,8 +171,8 @@ class _Parser:
         return Define(word.line, word.column, word.text, name, tuple(parameters), body)
 
     def _if(self, word: Token) -> Node:
-        branches: list[tuple[Expression | None, tuple[Node, ...]]] = []
-        condition: Expression | None = self._expression()
+        branches: list[tuple[ScriptExpression | None, tuple[Node, ...]]] = []
+        condition: ScriptExpression | None = self._expression()
         while True:
             self._expect(":")
             branches.append((condition, self.block(("elif", "elseif", "else", "end"))))
@@ -200,11 +200,11 @@ class _Parser:
         return Jump(word.line, word.column, word.text)
 
     def _pass(self, word: Token) -> Node:
-        return Do(word.line, word.column, Constant(word.line, word.column, False))
+        return ScriptDo(word.line, word.column, ScriptConstant(word.line, word.column, False))
 
     # --- expressions
 
-    def _expression(self, level: int = 0) -> Expression:
+    def _expression(self, level: int = 0) -> ScriptExpression:
         if level == 0:
             self._depth += 1
             if self._depth > _DEEPEST:
@@ -213,31 +213,31 @@ class _Parser:
         self._depth -= level == 0
         return made
 
-    def _expression_of(self, level: int) -> Expression:
+    def _expression_of(self, level: int) -> ScriptExpression:
         made = self._expression(level + 1)
         while self._word.kind != STRING and self._word.text in _LEVELS[level]:
             word = self._next()
-            made = Binary(word.line, word.column, word.text, made, self._expression(level + 1))
+            made = ScriptBinary(word.line, word.column, word.text, made, self._expression(level + 1))
         return made
 
-    def _unary(self) -> Expression:
+    def _unary(self) -> ScriptExpression:
         word = self._word
         if word.kind != STRING and word.text in ("-", "not", "+"):
             self._at += 1
             of = self._expression(len(_LEVELS) if word.text != "not" else 2)
-            return of if word.text == "+" else Unary(word.line, word.column, word.text, of)
+            return of if word.text == "+" else ScriptUnary(word.line, word.column, word.text, of)
         made = self._single()
         while self._skip("["):
             made = Index(word.line, word.column, made, self._expression())
             self._expect("]")
         return made
 
-    def _single(self) -> Expression:
+    def _single(self) -> ScriptExpression:
         word = self._next()
         if word.kind == NUMBER:
-            return Constant(word.line, word.column, _number(word.text))
+            return ScriptConstant(word.line, word.column, _number(word.text))
         if word.kind == STRING:
-            return Constant(word.line, word.column, word.text[1:-1])
+            return ScriptConstant(word.line, word.column, word.text[1:-1])
         if word.text == "(":
             made = self._expression()
             self._expect(")")
@@ -249,9 +249,9 @@ class _Parser:
         self._at -= 1
         raise self._fault()
 
-    def _named(self, word: Token) -> Expression:
+    def _named(self, word: Token) -> ScriptExpression:
         if word.text in _TRUTH:
-            return Constant(word.line, word.column, _TRUTH[word.text])
+            return ScriptConstant(word.line, word.column, _TRUTH[word.text])
         if word.text == "p" and self._skip("["):
             return Listing(word.line, word.column, self._items(), True)
         if word.text == "run":
@@ -259,28 +259,28 @@ class _Parser:
             self._expect("(")
             self._expect(")")
             return Run(word.line, word.column, name)
-        return self._call(word) if self._skip("(") else Name(word.line, word.column, word.text)
+        return self._call(word) if self._skip("(") else ScriptName(word.line, word.column, word.text)
 
-    def _items(self) -> tuple[Expression, ...]:
-        items: list[Expression] = []
+    def _items(self) -> tuple[ScriptExpression, ...]:
+        items: list[ScriptExpression] = []
         while not self._skip("]"):
             items.append(self._expression())
             if not self._skip(",") and self._word.text != "]":
                 raise self._fault()
         return tuple(items)
 
-    def _call(self, word: Token) -> Expression:
-        arguments: list[Expression] = []
-        named: list[tuple[str, Expression]] = []
+    def _call(self, word: Token) -> ScriptExpression:
+        arguments: list[ScriptExpression] = []
+        named: list[tuple[str, ScriptExpression]] = []
         while not self._skip(")"):
             value = self._expression()
-            if isinstance(value, Name) and self._skip("="):
+            if isinstance(value, ScriptName) and self._skip("="):
                 named.append((value.name, self._expression()))
             else:
                 arguments.append(value)
             if not self._skip(",") and self._word.text != ")":
                 raise self._fault()
-        return Call(word.line, word.column, word.text, tuple(arguments), tuple(named))
+        return ScriptCall(word.line, word.column, word.text, tuple(arguments), tuple(named))
 
 
 def _number(text: str) -> float | int:

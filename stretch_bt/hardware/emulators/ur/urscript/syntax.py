@@ -6,23 +6,23 @@ from dataclasses import dataclass
 
 __all__ = [
     "Assign",
-    "Binary",
-    "Call",
-    "Constant",
     "Define",
-    "Do",
-    "Expression",
     "If",
     "Index",
     "Join",
     "Jump",
     "Kill",
     "Listing",
-    "Name",
     "Node",
     "Return",
     "Run",
-    "Unary",
+    "ScriptBinary",
+    "ScriptCall",
+    "ScriptConstant",
+    "ScriptDo",
+    "ScriptExpression",
+    "ScriptName",
+    "ScriptUnary",
     "While",
 ]
 
@@ -35,78 +35,78 @@ class Node:
     column: int
 
 
-class Expression(Node):
+class ScriptExpression(Node):
     """What has a value."""
 
 
 @dataclass(frozen=True)
-class Constant(Expression):
+class ScriptConstant(ScriptExpression):
     """A number, a string or a truth value."""
 
     value: float | int | bool | str
 
 
 @dataclass(frozen=True)
-class Name(Expression):
+class ScriptName(ScriptExpression):
     """A variable."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Listing(Expression):
+class Listing(ScriptExpression):
     """A list, or the six numbers of a pose."""
 
-    items: tuple[Expression, ...]
+    items: tuple[ScriptExpression, ...]
     pose: bool
 
 
 @dataclass(frozen=True)
-class Index(Expression):
+class Index(ScriptExpression):
     """One of a list's values."""
 
-    of: Expression
-    at: Expression
+    of: ScriptExpression
+    at: ScriptExpression
 
 
 @dataclass(frozen=True)
-class Unary(Expression):
+class ScriptUnary(ScriptExpression):
     """`-` or `not` of a value."""
 
     sign: str
-    of: Expression
+    of: ScriptExpression
 
 
 @dataclass(frozen=True)
-class Binary(Expression):
+class ScriptBinary(ScriptExpression):
     """Two values and what is between them."""
 
     sign: str
-    left: Expression
-    right: Expression
+    left: ScriptExpression
+    right: ScriptExpression
 
 
 @dataclass(frozen=True)
-class Call(Expression):
+class ScriptCall(ScriptExpression):
     """A function with its arguments by place and by name."""
 
     name: str
-    arguments: tuple[Expression, ...]
-    named: tuple[tuple[str, Expression], ...]
+    arguments: tuple[ScriptExpression, ...]
+    named: tuple[tuple[str, ScriptExpression], ...]
 
 
 @dataclass(frozen=True)
-class Run(Expression):
+class Run(ScriptExpression):
     """A thread that begins; its value is its number."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Do(Node):
+class ScriptDo(Node):
     """An expression whose value nobody takes."""
 
-    expression: Expression
+    expression: ScriptExpression
 
 
 @dataclass(frozen=True)
@@ -115,22 +115,22 @@ class Assign(Node):
 
     scope: str
     name: str
-    at: Expression | None
-    value: Expression
+    at: ScriptExpression | None
+    value: ScriptExpression
 
 
 @dataclass(frozen=True)
 class If(Node):
     """Conditions with what is done for the first that holds; the last may be None, which always does."""
 
-    branches: tuple[tuple[Expression | None, tuple[Node, ...]], ...]
+    branches: tuple[tuple[ScriptExpression | None, tuple[Node, ...]], ...]
 
 
 @dataclass(frozen=True)
 class While(Node):
     """What is done as long as a condition holds."""
 
-    condition: Expression
+    condition: ScriptExpression
     body: tuple[Node, ...]
 
 
@@ -138,7 +138,7 @@ class While(Node):
 class Return(Node):
     """The end of a function, with its value."""
 
-    value: Expression | None
+    value: ScriptExpression | None
 
 
 @dataclass(frozen=True)
@@ -152,14 +152,14 @@ class Jump(Node):
 class Join(Node):
     """Wait for a thread to end."""
 
-    thread: Expression
+    thread: ScriptExpression
 
 
 @dataclass(frozen=True)
 class Kill(Node):
     """End a thread."""
 
-    thread: Expression
+    thread: ScriptExpression
 
 
 @dataclass(frozen=True)
@@ -168,5 +168,5 @@ class Define(Node):
 
     kind: str
     name: str
-    parameters: tuple[tuple[str, Expression | None], ...]
+    parameters: tuple[tuple[str, ScriptExpression | None], ...]
     body: tuple[Node, ...]

@@ -16,13 +16,13 @@ from stretch_bt.hardware.simulated.track import Track
 if TYPE_CHECKING:
     from stretch_bt.hardware.emulators.twin_camera import TwinCamera
 
-__all__ = ["Stage", "begin_fingers", "brake_fingers"]
+__all__ = ["StandInWorld", "begin_fingers", "brake_fingers"]
 
 _ACCELERATION = 2.0
 _NOTHING = Wrench((0.0, 0.0, 0.0))
 
 
-class Stage:
+class StandInWorld:
     """Shared by the stand-ins of one process; safe to use from any thread.
 
     Parameters

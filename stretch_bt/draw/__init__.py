@@ -1,0 +1,1 @@
+"""What the plots of reports, sweeps and accuracy share: scales and axes as SVG."""
