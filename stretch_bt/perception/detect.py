@@ -7,6 +7,7 @@ import math
 from stretch_bt.arguments import check_counts
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.average import check_one_hand
 from stretch_bt.perception.quiet import Quiet
 from stretch_bt.perception.reference import Reference, check_kernel, coarse_rise
 from stretch_bt.perception.types import FloatArray
@@ -47,6 +48,7 @@ class ContactDetector:
         check_counts(1, memory=memory)
         check_kernel(kernel)
         self._reference = Reference(reference)
+        self._first: DepthFrame | None = None
         self._kernel = kernel
         self._false_alarms = false_alarms
         self._step = max(1, int(kernel / FINE))
@@ -74,7 +76,12 @@ class ContactDetector:
         ------
         NoContact
             The frame has no valid pixel in common with the reference.
+        InvalidInput
+            The frame is of another camera, stretch or distance of the plane than the first one.
         """
+        if isinstance(depth, DepthFrame):
+            self._first = self._first or depth
+            check_one_hand("contact detector", depth, self._first)
         if not self._reference.complete:
             self._reference.learn(depth)
             self._box = self._reference.box

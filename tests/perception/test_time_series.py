@@ -88,17 +88,18 @@ def test_without_a_press_the_height_is_off_by_what_it_states_however_short_the_r
     assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.6
 
 
+@pytest.mark.parametrize(("make", "what"), [(HeightTracker, "height tracker"), (ContactDetector, "contact detector")])
 @pytest.mark.parametrize(
     "other",
     [{"stretch": 0.04}, {"plane_distance": 0.17}, {"intrinsics": Intrinsics(800.0, 800.0, 79.5, 59.5, 160, 120)}],
 )
-def test_a_tracker_takes_frames_of_one_camera_and_one_stretch(other):
+def test_frames_of_another_camera_or_stretch_are_refused(make, what, other):
     at = {"intrinsics": Intrinsics(400.0, 400.0, 79.5, 59.5, 160, 120), "plane_distance": 0.18, "stretch": 0.0}
     first, after = (DepthFrame.from_array(np.full(SIZE, 0.18), unit=1e-5, **each) for each in (at, {**at, **other}))
-    tracker = HeightTracker()
-    tracker.update(first)
-    with pytest.raises(InvalidInput, match="a height tracker needs frames of one"):
-        tracker.update(after)
+    follower = make()
+    follower.update(first)
+    with pytest.raises(InvalidInput, match=f"a {what} needs frames of one"):
+        follower.update(after)
 
 
 @pytest.mark.parametrize("make", [HeightTracker, ContactDetector])
