@@ -54,6 +54,7 @@ class ContactDetector:
         self._step = max(1, int(kernel / FINE))
         self._quiet = Quiet(memory, kernel / self._step)
         self._box = self._reference.box
+        self._cover = 1.0  # share of a kernel that has depth in an ordinary frame
         self._residue = 0.0
         self._deepest = 0.0
         self.in_contact = False
@@ -85,8 +86,10 @@ class ContactDetector:
         if not self._reference.complete:
             self._reference.learn(depth)
             self._box = self._reference.box
+            self._cover = self._reference.cover(self._kernel)
             return False
-        mean, trusted = coarse_rise(*self._reference.rise(depth, self._box), self._kernel, self._step)
+        rise, known = self._reference.rise(depth, self._box)
+        mean, trusted = coarse_rise(rise, known, self._kernel, self._step, self._cover)
         self.statistic = float(mean[trusted].max())
         if self.in_contact:
             self._hold()

@@ -229,3 +229,30 @@ def test_dropouts_here_and_there_leave_a_reference():
         image = np.where(rng.random((120, 160)) < 0.1, 0.0, 0.18 + rng.normal(0.0, 2e-4, (120, 160)))
         found = tracker.update(DepthFrame.from_array(image, camera, unit=1e-5, plane_distance=0.18))
     assert abs(found.value) < 4.0 * found.sd < 1e-3
+
+
+@pytest.mark.parametrize("kernel", [0.0, 3.0])
+@pytest.mark.parametrize(("count", "dropped"), [(2, 0.3), (3, 0.2), (5, 0.15), (5, 0.3), (10, 0.3)])
+def test_a_height_is_off_by_what_it_states_where_a_third_of_the_pixels_drop_out_anew_in_each_frame(
+    surfaces, kernel, count, dropped
+):
+    """References of more than two frames never completed, or read a press at the border of what they knew, up to 88 deviations off."""
+    touched = surfaces.render(surfaces.disc_press(14e-3, 5e-3), surfaces.camera(*SIZE, focal=300.0))
+    still, ratios = [], []
+    for seed in range(10):
+        rng, tracker = np.random.default_rng(seed), HeightTracker(reference=count)
+        for number, noise in enumerate(correlated(kernel, 0.0, count + 2, seed, sd=0.2e-3)):
+            image = (touched if number > count else 0.2) + noise
+            found = tracker.update(np.where(rng.random(SIZE) < dropped, 0.0, image))
+            if number == count:
+                still.append(found.value / found.sd)
+        ratios.append((found.value - 5e-3) / found.sd)
+    assert 0.3 < np.sqrt(np.mean(np.square(still))) < 1.6
+    assert 0.4 < np.sqrt(np.mean(np.square(ratios))) < 1.4
+
+
+def test_dropouts_raise_no_false_alarm_and_hide_no_touch(surfaces):
+    rng, detector = np.random.default_rng(0), ContactDetector()
+    depths = [0.0] * 60 + [2e-3] * 3
+    frames = (np.where(rng.random(SIZE) < 0.3, 0.0, frame) for frame in press(surfaces, depths))
+    np.testing.assert_array_equal([detector.update(frame) for frame in frames], np.array(depths) > 0)
