@@ -25,7 +25,7 @@ class FitCalibration(Behavior):
     measured: In[Table | None] = None  # the table of this run, by `plan_protocol`
     fit: In[str] = "membrane"  # model to fit: `membrane`, `paper` or `sheet`
     fitted: Out[mechanics.ForceModel]  # the model
-    left: Out[float]  # relative standard deviation of the model's residual
+    residual: Out[float]  # relative standard deviation of the model's residual
     presses: Out[int]  # number of presses that it was fitted to
 
     def prepare(self) -> None:
@@ -43,7 +43,7 @@ class FitCalibration(Behavior):
         self.fitted = model
         if self.context.folder is not None:
             model.save(self.context.folder / FITTED_FILE)
-        self.left, self.presses = model.relative_sd, len(given)
+        self.residual, self.presses = model.relative_sd, len(given)
         return Status.SUCCESS
 
     def _fit(self) -> mechanics.Fit:

@@ -16,12 +16,12 @@ class FitShape(Behavior):
     instant = True
     contact: In[Contact]  # points and rays of the contact
     shape: In[Literal["auto", "plane", "sphere", "cylinder", "cone"]] = port("auto", doc="shape to fit; auto compares")
-    fitted: Out[Shape]  # the shape, its parameters with their deviations, and how all compare
+    shape_fit: Out[Shape]  # the shape, its parameters with their deviations, and how all compare
 
     def update(self) -> Status:
         """Fit."""
         contact = self.contact
-        self.fitted = perception.fit_shape(
+        self.shape_fit = perception.fit_shape(
             contact.points, rays=contact.rays, noise=contact.surface_noise, shape=self.shape
         )
         return Status.SUCCESS

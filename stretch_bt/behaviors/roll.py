@@ -43,7 +43,7 @@ class Roll(LimitedMotion):
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force above which to stop and fail", limit="held_force")
     laps: In[int] = port(1, min=0, max=100000, doc="number of laps; 0: until it is stopped")
     travel: Out[Length]  # travel of the hand so far, written after each piece
-    felt: Out[Force]  # mean force along its axis over the latest piece
+    mean_force: Out[Force]  # mean force along its axis over the latest piece
 
     def initialise(self) -> None:
         """Forget an earlier roll."""
@@ -89,7 +89,7 @@ class Roll(LimitedMotion):
             return Status.FAILURE
         self.done += 1
         self.rolled += self.length
-        self.travel, self.felt = self.rolled, (felt := sum(self.readings) / len(self.readings))
+        self.travel, self.mean_force = self.rolled, (felt := sum(self.readings) / len(self.readings))
         if self.force is not None:
             self.keeper.keep(self.force, felt, self._lowest)
         if self.keeper.is_lost:

@@ -8,21 +8,38 @@ import numpy.typing as npt
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["flying_pixels", "median", "without_flying"]
+__all__ = ["filled", "flying_pixels", "median", "without_flying"]
 
 Image = npt.NDArray[np.float32]
 
+BEYOND = np.float32(1e6)  # m, past every depth
 CUT = 6.0  # standard deviations from the local median
 
 
 def median(image: Image, valid: MaskArray, width: int = 5) -> Image:
-    """Return the median over `width` x `width` pixels (3 or 5); holes take the median of all, so that few vanish."""
+    """Return the median over `width` x `width` pixels (3 or 5), with holes as `filled` fills them."""
     import cv2
 
+    return np.asarray(cv2.medianBlur(filled(image, valid), width))
+
+
+def filled(image: Image, valid: MaskArray) -> Image:
+    """Return an image (h, w) whose holes hold about the median of the valid pixels around them, or of all where none is near.
+
+    One value for all holes would draw the median of their neighbours towards it, wherever pixels drop out here and there.
+    """
+    import cv2
+
+    if valid.all():
+        return image.astype(np.float32, copy=False)
     if not valid.any():
         return np.zeros(image.shape, dtype=np.float32)
     level = np.float32(quantile(sample(image, valid)))
-    return np.asarray(cv2.medianBlur(np.where(valid, image, level).astype(np.float32, copy=False), width))
+    # Half of the holes lie above everything and half below, in turn, so that they leave the median of the rest where it is.
+    turns = np.where(np.cumsum(~valid, axis=1) % 2 == np.arange(len(valid))[:, None] % 2, BEYOND, -BEYOND)
+    around = cv2.medianBlur(np.where(valid, image, turns).astype(np.float32), 5)
+    around = np.where(np.abs(around) < BEYOND, around, level)
+    return np.where(valid, image, around).astype(np.float32, copy=False)
 
 
 def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
@@ -33,7 +50,6 @@ def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
     """
     import cv2
 
-    # Holes hold about the median of all already, as `median` would have them.
     difference = np.asarray(cv2.absdiff(height, cv2.medianBlur(height, 5)), dtype=np.float32)
     known = sample(difference, valid)
     sd = MAD_TO_SD * quantile(known) if known.size else 0.0

@@ -7,6 +7,7 @@ import math
 from stretch_bt.arguments import check_counts
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.average import check_one_hand
 from stretch_bt.perception.quiet import Quiet
 from stretch_bt.perception.reference import Reference, check_kernel, coarse_rise
 from stretch_bt.perception.types import FloatArray
@@ -47,11 +48,13 @@ class ContactDetector:
         check_counts(1, memory=memory)
         check_kernel(kernel)
         self._reference = Reference(reference)
+        self._first: DepthFrame | None = None
         self._kernel = kernel
         self._false_alarms = false_alarms
         self._step = max(1, int(kernel / FINE))
         self._quiet = Quiet(memory, kernel / self._step)
         self._box = self._reference.box
+        self._cover = 1.0  # share of a kernel that has depth in an ordinary frame
         self._residue = 0.0
         self._deepest = 0.0
         self.in_contact = False
@@ -74,12 +77,19 @@ class ContactDetector:
         ------
         NoContact
             The frame has no valid pixel in common with the reference.
+        InvalidInput
+            The frame is of another camera, stretch or distance of the plane than the first one.
         """
+        if isinstance(depth, DepthFrame):
+            self._first = self._first or depth
+            check_one_hand("contact detector", depth, self._first)
         if not self._reference.complete:
             self._reference.learn(depth)
             self._box = self._reference.box
+            self._cover = self._reference.cover(self._kernel)
             return False
-        mean, trusted = coarse_rise(*self._reference.rise(depth, self._box), self._kernel, self._step)
+        rise, known = self._reference.rise(depth, self._box)
+        mean, trusted = coarse_rise(rise, known, self._kernel, self._step, self._cover)
         self.statistic = float(mean[trusted].max())
         if self.in_contact:
             self._hold()

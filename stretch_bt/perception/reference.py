@@ -24,9 +24,10 @@ Image = npt.NDArray[np.float32]
 
 Window = tuple[slice, slice]
 
-SEEN = 0.8  # share of the reference frames in which a pixel must be valid
+SEEN = 0.5  # share of the reference frames in which a pixel must be valid
 WIDEST = 1000  # pixels of a kernel; no camera of this kind has an image twice as wide
-COVER = 0.75  # share of the kernel that must see valid pixels
+COVER = 0.75  # share of the pixels that a kernel usually sees, which it must see: fewer are the border of an area without depth
+LEAST_COVER = 0.2  # share of the kernel that must see valid pixels in any case
 
 
 def check_kernel(kernel: float) -> None:
@@ -54,8 +55,26 @@ class Reference:
 
     @property
     def _enough(self) -> int:
-        """In how many frames a pixel must be valid: of three, in two, or dropouts here and there would leave too few pixels."""
-        return max(math.floor(SEEN * self.learned), 1)
+        """In how many frames a pixel must be valid; one that was valid once alone differs from its mean by nothing, and shows no noise."""
+        return max(math.ceil(SEEN * self.learned), min(self.learned, 2))
+
+    def frames_in(self, known: MaskArray | None = None) -> float:
+        """Return the number of frames in the mean of a pixel, as variances average over some known pixels (h, w) or all."""
+        return 1.0 / float(np.mean(1.0 / self._seen[self._seen >= self._enough if known is None else known]))
+
+    def cover(self, kernel: float) -> float:
+        """Return the share of a kernel whose pixels are known and valid in an ordinary frame, where the most are.
+
+        Dropouts of a frame count as independent of those before it; an area without depth leaves other places whole.
+        """
+        if not self.learned:
+            return 1.0
+        known = self._seen >= self._enough
+        valid = (self._seen / max(self.learned, 1)).astype(np.float32)
+        whole = np.ones_like(valid)
+        return math.prod(
+            float(smooth(part, whole, kernel)[0].max(initial=0.0)) for part in (known.astype(np.float32), valid)
+        )
 
     def learn(self, depth: FloatArray | DepthFrame) -> None:
         """Take a depth image (h, w), m, or a frame into the reference; one without a valid pixel does not count."""
@@ -121,12 +140,15 @@ def calmed(rise: Image, known: MaskArray) -> Image:
     return np.where(known, median(rise, known), np.float32(0))
 
 
-def smoothed_rise(rise: Image, known: MaskArray, kernel: float) -> tuple[Image, MaskArray]:
-    """Return the Gaussian mean of a rise over `kernel` pixels, and where enough pixels were seen to trust it."""
-    return _trusted(rise, known.astype(np.float32), kernel)
+def smoothed_rise(rise: Image, known: MaskArray, kernel: float, cover: float = 1.0) -> tuple[Image, MaskArray]:
+    """Return the Gaussian mean of a rise over `kernel` pixels, and where enough pixels were seen to trust it.
+
+    `cover` is the share of pixels that such a kernel usually sees.
+    """
+    return _trusted(rise, known.astype(np.float32), kernel, cover)
 
 
-def coarse_rise(rise: Image, known: MaskArray, kernel: float, step: int) -> tuple[Image, MaskArray]:
+def coarse_rise(rise: Image, known: MaskArray, kernel: float, step: int, cover: float = 1.0) -> tuple[Image, MaskArray]:
     """Do as `smoothed_rise` in bins of `step` pixels, which costs less and says the same where the kernel is wider.
 
     Up to `step` - 1 rows and columns at the far edges are left out.
@@ -134,7 +156,7 @@ def coarse_rise(rise: Image, known: MaskArray, kernel: float, step: int) -> tupl
     import cv2
 
     if step == 1 or min(rise.shape) < step:
-        return smoothed_rise(rise, known, kernel)
+        return smoothed_rise(rise, known, kernel, cover)
     rows, columns = (n // step for n in rise.shape)
     whole = np.s_[: rows * step, : columns * step]
     total, share = (
@@ -143,12 +165,12 @@ def coarse_rise(rise: Image, known: MaskArray, kernel: float, step: int) -> tupl
     )
     mean = np.divide(total, share, out=np.zeros_like(total), where=share > 0)
     # A bin spreads a pixel by (step^2 - 1) / 12 already.
-    return _trusted(mean, share, math.sqrt(kernel**2 - (step**2 - 1) / 12.0) / step)
+    return _trusted(mean, share, math.sqrt(kernel**2 - (step**2 - 1) / 12.0) / step, cover)
 
 
-def _trusted(rise: Image, weight: Image, kernel: float) -> tuple[Image, MaskArray]:
+def _trusted(rise: Image, weight: Image, kernel: float, usual: float) -> tuple[Image, MaskArray]:
     mean, cover = smooth(rise, weight, kernel)
-    trusted = cover > COVER
+    trusted = cover > max(COVER * usual, LEAST_COVER)
     if not trusted.any():
         raise NoContact(
             "too few neighbouring pixels have depth in the frame and its reference to average their noise; look whether something hides"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import check_one_hand
-from stretch_bt.perception.clean import flying_pixels, median
+from stretch_bt.perception.clean import filled, flying_pixels, median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_pixels
 from stretch_bt.perception.noise_of_frame import noise_spectrum
@@ -50,6 +50,7 @@ class HeightTracker:
         self._reference = Reference(reference)
         self._first: DepthFrame | None = None
         self._kernel = kernel
+        self._cover = 1.0  # share of a kernel that has depth in an ordinary frame
         self._white = 0.0  # of one image, which does not show the noise that its pixels share; until frames differ
         self._noise: list[float] = []
         self._spectrum: NoiseSpectrum | None = None
@@ -73,9 +74,11 @@ class HeightTracker:
         learning = not self._reference.complete
         if learning:
             self._reference.learn(depth)
+            self._cover = self._reference.cover(self._kernel)
         raw, known = self._reference.difference(depth)
         rise = calmed(raw, known)
-        mean, trusted = smoothed_rise(rise, known, self._kernel)
+        mean, trusted = smoothed_rise(rise, known, self._kernel, self._cover)
+        frames = self._reference.frames_in(known)
         highest = np.unravel_index(int(np.argmax(np.where(trusted, mean, -np.inf))), mean.shape)
         v, u = int(highest[0]), int(highest[1])
         if learning:
@@ -83,21 +86,21 @@ class HeightTracker:
             self._quiet = max(self._quiet, float(mean[v, u]))
             self._step = self._step or _step(depth)
             if self._reference.complete and self._reference.learned > 1:
-                self._spectrum = _spectrum(raw, known, self._reference.learned)
+                self._spectrum = _spectrum(raw, known, frames, self._reference.frames_in())
         elif not self._noise:  # a reference of one frame
             self._noise.append(_noise_of(mean[known & trusted]) / math.sqrt(2.0))
         # a rise holds the noise of this frame and of the mean
-        sd = float(np.median(self._noise or [self._white])) * math.sqrt(1.0 + 1.0 / self._reference.learned)
+        sd = float(np.median(self._noise or [self._white])) * math.sqrt(1.0 + 1.0 / frames)
         clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
-        at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
+        at = (v, u) if clear or self._place is None else _nearest(trusted, self._place)
         self._place = (v, u)
         if not clear:
             found = Estimate(float(mean[at]), math.hypot(sd, self._hidden(float(mean[v, u]), float(mean[at]))))
         elif self._spectrum is None:
             found = self._top(rise, known, mean, at, sd)
         else:  # no median has smoothed the heights, or taken pixels out of it that lie anywhere
-            found = self._top(raw, known & ~flying_pixels(raw, known, 0.0), mean, at, sd)
+            found = self._top(raw, known & ~flying_pixels(filled(raw, known), known, 0.0), mean, at, sd)
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 
@@ -111,13 +114,13 @@ class HeightTracker:
 
     def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: MaskArray) -> None:
         """Note the noise of a smoothed value: as white noise from the first frame, then as the frames differ."""
-        n = self._reference.learned
-        if n == 1:
+        if self._reference.learned == 1:
             image = depth_of(depth)[0].astype(np.float32)
             fine = np.sort(np.abs(sparse((image - median(image, seen))[seen])))
             pixel = SQRT_HALF_PI * float(fine[: max(1, int(0.98 * fine.size))].mean())
             self._white = pixel / (2.0 * math.sqrt(math.pi) * self._kernel)
         else:
+            n = self._reference.frames_in(seen)
             # A frame among n that form the mean differs from it by sqrt((n - 1) / n) of its own noise.
             self._noise.append(_noise_of(mean[seen]) * math.sqrt(n / (n - 1)))
 
@@ -138,18 +141,35 @@ class HeightTracker:
         return Estimate(top.value, float(np.hypot(top.sd, sd)))
 
 
+def _nearest(trusted: MaskArray, place: tuple[int, int]) -> tuple[int, int]:
+    """Return the trusted place (h, w) that is nearest to a place, itself where it is trusted."""
+    if trusted[place]:
+        return place
+    v, u = np.nonzero(trusted)
+    nearest = int(np.argmin((v - place[0]) ** 2 + (u - place[1]) ** 2))
+    return int(v[nearest]), int(u[nearest])
+
+
 def _noise_of(values: Image) -> float:
     """Return the standard deviation of values (n,) around 0, most of which are noise."""
     return MAD_TO_SD * float(np.median(sparse(np.abs(values))))
 
 
-def _spectrum(rise: Image, known: MaskArray, count: int) -> NoiseSpectrum:
-    """Return the noise of rises above the mean of `count` frames, from the rise of the last of them (h, w), m, where nothing is touched."""
-    valid = known & ~flying_pixels(rise, known, 0.0)
-    flat = Cleaned(rise, known, valid, np.empty((0, 0, 3)), np.s_[:, :], rise.shape, 1.0, 0.0, 1)
+def _spectrum(rise: Image, known: MaskArray, frames: float, later: float) -> NoiseSpectrum:
+    """Return the noise of later rises, from the rise (h, w), m, of a frame that is one of the reference's own.
+
+    Nothing is touched in it. The mean is of `frames` frames in its pixels, and of `later` in the pixels of later rises.
+    """
+    import cv2
+
+    # The spectrum looks at whole neighbourhoods, of which dropouts here and there would leave none.
+    whole, near = filled(rise, known), cv2.dilate(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    flat = Cleaned(
+        whole, near, near & ~flying_pixels(whole, near, 0.0), np.empty((0, 0, 3)), np.s_[:, :], rise.shape, 1.0, 0.0, 1
+    )
     noise = noise_spectrum(flat)
     # The mean holds a share of the last frame's noise, and none of a later one's.
-    more = (count + 1) / (count - 1)
+    more = (1.0 + 1.0 / later) / (1.0 - 1.0 / frames)
     lines = Stripes(more * noise.stripes.rows, more * noise.stripes.columns)
     return NoiseSpectrum(more * noise.variances, noise.lengths, lines)
 

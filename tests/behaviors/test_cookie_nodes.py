@@ -98,7 +98,7 @@ def test_the_height_follows_the_force_along_the_hands_axis(force, wanted, lower,
     )
     assert (heights[1] < heights[0]) == lower
     assert min(heights) >= TOUCHED - 0.004 - 1e-12
-    assert told(roll, "felt") == pytest.approx(force)
+    assert told(roll, "mean_force") == pytest.approx(force)
 
 
 def test_nothing_under_the_hand_is_a_failure():

@@ -13,9 +13,9 @@ TREE = """\
 format: stretch-tree/1
 trees:
   main:
-    out: {force: Force, left: float, presses: int}
+    out: {force: Force, residual: float, presses: int}
     sequence:
-      - fit_calibration: {table: TABLE, fit: FIT, left: $left, presses: $presses}
+      - fit_calibration: {table: TABLE, fit: FIT, residual: $residual, presses: $presses}
       - predict_force: {radius: 12 mm, stretch: 20 mm, depth: 8 mm, model: fitted, force: $force}
 """
 

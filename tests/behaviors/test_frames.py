@@ -306,7 +306,7 @@ def test_fit_shape_writes_the_shape_and_how_all_compare() -> None:
     for wanted, kind in (("auto", "sphere"), ("sphere", "sphere")):
         fit = node("fit_shape", {"shape": wanted}, contact=contact_at(np.column_stack((x, y, z))))
         assert tick(fit) is Status.SUCCESS
-        fitted = fit.sinks["fitted"].value
+        fitted = fit.sinks["shape_fit"].value
         assert fitted.kind == kind
         assert fitted.radius == pytest.approx(0.03, rel=0.05)
     fit = node("fit_shape", {"shape": "plane"}, contact=contact_at(np.column_stack((x, x, z))))

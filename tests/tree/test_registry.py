@@ -361,3 +361,14 @@ def test_a_node_is_found_by_its_name_without_importing_the_others() -> None:
         "node 'press' of __main__ is already registered by stretch_bt.behaviors.press",
         "None None",
     ]
+
+
+def test_the_name_of_a_record_is_no_other_value_s():
+    """A record that is left out is wired to its own name, where it would meet a value of another type."""
+    described = [describe(each) for each in NODES.values()]
+    kept = {name for each in described for name in each["records"]}
+    types: dict[str, set[str]] = {}
+    for each in described:
+        for found in each["inputs"] + each["outputs"]:
+            types.setdefault(found["name"], set()).add(found["type"])
+    assert not {name: has for name, has in types.items() if has & kept and len(has) > 1}

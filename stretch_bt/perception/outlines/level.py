@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -89,5 +90,6 @@ def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None 
     outline = outline_of(
         np.asarray(over > 0), surface
     )  # with the other parts, which it refuses where they are no specks
-    outline = replace(outline, hidden=HIDDEN + SHOULDER * max(1.0 - outline.roundness().circularity, 0.0))
+    shape = HIDDEN + SHOULDER * max(1.0 - outline.roundness().circularity, 0.0)
+    outline = replace(outline, hidden=math.hypot(outline.hidden, shape))
     return with_level_errors(outline, surface, region, noise)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.arguments import check_counts, check_unmasked
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import IllConditioned, InvalidInput, shown
+from stretch_bt.errors import IllConditioned, InvalidInput, NoAnswer, shown
 from stretch_bt.frames import as_numbers
 from stretch_bt.perception.outlines.polyline import (
     Array,
@@ -37,6 +37,7 @@ BESIDE_HOLE = 0.2  # share of an outline there
 # Relative error of a circularity over the relative part of a perimeter that is not seen: 2 where a wiggle takes no area, 1 where a corner that is
 # rounded takes as much of it (`python benchmarks/outline_errors.py`)
 SHAPE = 1.5
+STAIRS = 1.1e-3  # relative error of a perimeter from the stairs of its pixels, which a blur does not quite take away: of discs drawn anywhere
 LEAST_PIXEL_NOISE = 0.07  # pixels: error of an edge's place from drawing it on a grid and blurring it
 
 
@@ -46,9 +47,9 @@ class Outline(BriefRepr):
 
     `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations include the
     border's own roughness and `place_sd`, m, the standard deviation of an error that moves all of the line out or in, the area
-    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. What the blur of a border of pixels takes off a
-    sharp corner is not in them: half a millimetre of perimeter at each corner of a square, of pixels of 0.5 mm. `hidden` is the standard
-    deviation of a circularity from those parts of the body's shape that the line does not show.
+    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. The blur of a border of pixels
+    takes about a pixel of perimeter off each corner of a square; the standard deviations include about what it takes. `hidden` is the
+    standard deviation of a circularity from the parts of the body's shape that the line does not show.
     """
 
     vertices: FloatArray
@@ -95,7 +96,7 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
         pitch = float(where)
         line = trace(inside, valid)
         _check_seen(line, inside, valid, pitch)
-        return _outline(line * pitch, pitch)
+        return _outline(line * pitch, pitch, _lost_at_corners(line, inside, valid))
     points = where
     check_unmasked("the points of a region are", points)
     if points.shape != (*inside.shape, 3) or points.dtype.kind != "f":
@@ -108,7 +109,7 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
     vertices = _in_plane(line, points, inside & valid)
     pitch = perimeter_of(_curve(vertices)) / perimeter_of(_curve(line))
     _check_seen(line, inside, valid, pitch)
-    return _outline(vertices, pitch)
+    return _outline(vertices, pitch, _lost_at_corners(line, inside & valid, valid))
 
 
 def placed(outline: Outline, sd: float, uneven: float = 0.0) -> Outline:
@@ -173,8 +174,23 @@ def _quadratic(at: Array) -> Array:
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _outline(vertices: Array, pitch: float) -> Outline:
-    """Return the outline with the errors that its roughness gives it; `pitch` is the size of a pixel, m."""
+def _lost_at_corners(line: Array, inside: MaskArray, valid: MaskArray) -> float:
+    """Return about how many pixels of perimeter the blur takes off the corners of an outline (n, 2), pixels.
+
+    Off a sharp corner it takes in proportion to its width, so that twice the width takes as much again. Off a smooth outline
+    it takes in proportion to the square, which is a small part and known.
+    """
+    wider = 2.0 * BLUR
+    try:
+        blunt = perimeter_of(smoothed(even(contour_of(trace(inside, valid, wider)))))
+    except NoAnswer:  # the wider blur leaves no region
+        return 0.0
+    sharp = perimeter_of(smoothed(even(contour_of(line))))
+    return max(sharp - blunt - 2.0 * math.pi**2 * (wider**2 - BLUR**2) / sharp, 0.0)
+
+
+def _outline(vertices: Array, pitch: float, lost: float) -> Outline:
+    """Return the outline with the errors that its roughness gives it; `pitch` is the size of a pixel, m, `lost` the pixels lost at corners."""
     curve = contour_of(vertices)
     area = area_of(curve)
     if len(curve) < CORNERS:
@@ -188,4 +204,13 @@ def _outline(vertices: Array, pitch: float) -> Outline:
     others = [perimeter_of(smoothed(other)) for other in redrawn(curve, REPLICATES, least)]
     # The noise of a blurred border is the same over the blur's width: the integral of its autocorrelation.
     alike = max(2.0 * np.sqrt(np.pi) * BLUR * pitch, spacing_of(curve))
-    return Outline(vertices, area, noise * float(np.sqrt(perimeter * alike)), perimeter, float(np.std(others, ddof=1)))
+    # Corners and stairs change the perimeter far more than the area.
+    relative = math.hypot(STAIRS, lost * pitch / perimeter)
+    return Outline(
+        vertices,
+        area,
+        noise * float(np.sqrt(perimeter * alike)),
+        perimeter,
+        math.hypot(float(np.std(others, ddof=1)), relative * perimeter),
+        hidden=8.0 * math.pi * area / perimeter**2 * relative,
+    )

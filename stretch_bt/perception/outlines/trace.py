@@ -52,10 +52,10 @@ def largest_piece(region: MaskArray) -> MaskArray:
     return piece
 
 
-def trace(region: MaskArray, valid: MaskArray) -> Array:
+def trace(region: MaskArray, valid: MaskArray, blur: float = BLUR) -> Array:
     """Return the outer border (n, 2), pixels u and v, of the largest piece of a region (h, w).
 
-    The line is where the blurred region, pixels that are not valid left out, falls to one half. Raises as
+    The line is where the region, blurred by a Gaussian of `blur` pixels without those that are not valid, falls to one half. Raises as
     `largest_piece`, NoContact where no valid pixel is in the region, and IllConditioned where too much of the border runs
     along pixels that are not valid.
     """
@@ -63,7 +63,7 @@ def trace(region: MaskArray, valid: MaskArray) -> Array:
 
     if not (region & valid).any():
         raise NoContact("the region has no pixel: nothing is in contact; press deeper")
-    cover, soft = _blurred(valid), _blurred(region & valid)
+    cover, soft = _blurred(valid, blur), _blurred(region & valid, blur)
     level = np.where(cover > FAINT, soft / np.maximum(cover, FAINT), np.float32(0.0)).astype(np.float32)
     piece = largest_piece(level >= 0.5)
     found, _ = cv2.findContours(piece.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -75,10 +75,10 @@ def trace(region: MaskArray, valid: MaskArray) -> Array:
     return np.asarray(_on_level(level, line), dtype=np.float64)
 
 
-def _blurred(mask: MaskArray) -> npt.NDArray[np.float32]:
+def _blurred(mask: MaskArray, blur: float) -> npt.NDArray[np.float32]:
     import cv2
 
-    return np.asarray(cv2.GaussianBlur(mask.astype(np.float32), (0, 0), BLUR), dtype=np.float32)
+    return np.asarray(cv2.GaussianBlur(mask.astype(np.float32), (0, 0), blur), dtype=np.float32)
 
 
 def _at(image: npt.NDArray[Any], line: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
