@@ -89,7 +89,8 @@ class BorrowedCell(BoundedCell):
 class Relay:
     """Passes on what is written to a cell: of an output of a called tree, or of a node to a key with bounds.
 
-    A called tree reads nothing of what the key of its caller held before. A default is there from the begin of a call on, and reaches the key of the caller where the call succeeds and wrote nothing else.
+    A called tree reads nothing of what the key of its caller held before. A default is there from the begin of a call on,
+    and reaches the key of the caller where the call succeeds and wrote nothing else.
     """
 
     def __init__(self, inner: Cell, outer: Cell, default: Any = MISSING) -> None:
