@@ -9,7 +9,15 @@ import typer
 
 from stretch_bt.blame import blame
 from stretch_bt.cli.outlet import pictures
-from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
+from stretch_bt.cli.output import (
+    EXIT_BAD_INPUT,
+    EXIT_FAILURE,
+    EXIT_FAULT,
+    EXIT_INTERRUPTED,
+    emit_json,
+    exit_code,
+    report_error,
+)
 from stretch_bt.cli.rows import add_row
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import FileError, InvalidInput, StretchError, writable
@@ -98,13 +106,19 @@ def _asked(given: list[str] | None) -> dict[str, str] | None:
 
 
 def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
-    """Print why a run did not begin, and return the exit code."""
-    if json_:
-        emit_json(refused(error))
-    report_error(error)
-    if traceback and (broken := blame(error)) is not None:
-        typer.echo(broken["traceback"], err=True)
-    return exit_code(error)
+    """Print why a run did not begin, and return the exit code; what is no bad input is a result like any other."""
+    code = exit_code(error)
+    if json_ or code == EXIT_BAD_INPUT:
+        if json_:
+            emit_json(refused(error))
+        report_error(error)
+        if traceback and (broken := blame(error)) is not None:
+            typer.echo(broken["traceback"], err=True)
+        return code
+    from rich.console import Console
+
+    show(_unbegun(error), Console(), traceback)
+    return code
 
 
 def _say_ended(result: RunResult, *, traceback: bool, stats: bool, json_: bool) -> int:
@@ -143,12 +157,20 @@ def params_of(given: list[str]) -> dict[str, str]:
 
 def refused(error: StretchError) -> dict[str, Any]:
     """Return the JSON of a run that did not begin."""
+    found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
+    return {**printed(_unbegun(error)), "diagnostics": found}
+
+
+def _unbegun(error: StretchError) -> RunResult:
+    """Return the result of a run that an error ended before the first tick."""
     from stretch_bt.runtime.task import RunResult
 
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
-    found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
     result = RunResult.without_ticks(status, writable(error), error.record)
-    return {**printed(result), "diagnostics": found}
+    result.errors += map(writable, getattr(error, "__notes__", ()))
+    broken = blame(error)
+    result.broken += [] if broken is None else [broken]
+    return result
 
 
 def printed(result: RunResult, *, stats: bool = False) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import OneCall, called, names
 from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.outputs import Outputs
+from stretch_bt.runtime.prepare_nodes import prepare_nodes
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.threads import one_thread
-from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import build
 from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
@@ -103,9 +103,7 @@ class _Ticked:
             name = slot.name.rpartition("/")[2]
             if name in call.values:
                 slot.write(call.values[name])
-        for node in self.built.nodes.values():
-            if isinstance(node, Behavior):
-                node.prepare()
+        prepare_nodes(self.built)
         quiet = _StopUnlessDone(cell.cell)
         virtual = isinstance(cell.clock, VirtualClock) and not self.built.foreign
         self.runner = Runner(

@@ -46,7 +46,7 @@ class WrittenMocks:
         if isinstance(value, Status):
             return value.name.lower()
         if isinstance(value, Estimate):
-            return {"value": float(value), "sd": value.sd}
+            return {"value": float(value), "sd": value.sd, "unit": "SI"}
         if isinstance(value, np.ndarray) and value.ndim and (outputs > 1 or at.startswith("readings.")):
             return self._named(value, at)
         if isinstance(value, np.ndarray | np.generic):

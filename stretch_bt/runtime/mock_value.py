@@ -10,9 +10,9 @@ import numpy as np
 from stretch_bt.errors import InvalidInput
 from stretch_bt.runtime.mock_arrays import MockArrays, array_fields
 from stretch_bt.runtime.partial_record import FieldReader, record_of
-from stretch_bt.source import Map, Seq, Value
+from stretch_bt.source import Map, Scalar, Seq, Value
 from stretch_bt.tree.port_check import PortCheck, allows_none
-from stretch_bt.tree.types import Family, Type, attributes
+from stretch_bt.tree.types import FLOAT, Family, Type, attributes
 from stretch_bt.tree.values import check_bounds, example, is_none, literal, refuse
 from stretch_bt.units import Estimate
 
@@ -55,7 +55,11 @@ def check_port(given: Any, port: PortCheck, value: Value, what: str) -> None:
 
 
 def _estimate(value: Map, type_: Type, what: str) -> Estimate:
-    fields = {k.text: literal(v, type_, f"{what}.{k.text}") for k, v in value}
+    given = {k.text: v for k, v in value}
+    unit = given.pop("unit", None)
+    if unit is not None and not (isinstance(unit, Scalar) and unit.text == "SI"):
+        refuse(unit.mark, "unit-unknown", f"{what}.unit is SI, where it is written", "write units beside the numbers")
+    fields = {name: literal(v, type_ if unit is None else FLOAT, f"{what}.{name}") for name, v in given.items()}
     if set(fields) != {"value", "sd"}:
         hint = "write '{value: 1 mm, sd: 0.1 mm}'"
         refuse(value.mark, "type-mismatch", f"{what} takes a value and its sd", hint)

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.arguments import checked_seed
-from stretch_bt.blame import own_code
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.plain_numbers import plain_list, plain_number
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.copies import named_by_originals
 from stretch_bt.runtime.mocks import Mocks
+from stretch_bt.runtime.prepare_nodes import prepare_nodes
 from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
@@ -74,10 +74,7 @@ class Task:
         """Let every node look at the params, the hand and the limits of the cell before any device is opened."""
         self.context.about = self.header()
         self.context.hand, self.context.limits = hand or self.context.hand, limits
-        for node in self.built.nodes.values():
-            if isinstance(node, Behavior):
-                with own_code(node.path, "prepare()"):
-                    node.prepare()
+        prepare_nodes(self.built)
 
     def most_ticks(self) -> int | None:
         """Return after how many ticks a run on mocks is ended, as one of mocks that run for ever; None for any other run."""

@@ -15,10 +15,10 @@ from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import paced_for, set_up, shut_down
 from stretch_bt.runtime.pending_finally import FinallyTicker, worst_of
+from stretch_bt.runtime.prepare_nodes import prepare_nodes
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.stop import failed_at, started_leaves, stop_tree
 from stretch_bt.threads import one_thread
-from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import build
 from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING
@@ -147,9 +147,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         self._context = self.cell.new_context()
         self._context.period = self.period
         self._built = build(self.program, self._context, within=self.name)
-        for node in self._built.nodes.values():
-            if isinstance(node, Behavior):
-                node.prepare()
+        prepare_nodes(self._built)
         set_up(self._built)
         # its timers count the machine's time, so no task with one goes faster
         self._clock = paced_for(self._built, self.cell.clock)

@@ -8,10 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.blame import Broken, own_code
+from stretch_bt.blame import Broken
 from stretch_bt.runtime.borrowed_devices import borrow
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
+from stretch_bt.runtime.prepare_nodes import prepare_nodes
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.testing.node_inputs import read_inputs
 from stretch_bt.threads import one_thread
@@ -78,8 +79,7 @@ def tick_node(info: NodeInfo, inputs: Mapping[str, Any], folder: Path | None = N
     node = _wired(info, values, context)
     tree = BuiltTree(node, None, {}, {info.name: node}, list(node.sinks.values()))
     with one_thread(), kept_for(tree):
-        with own_code(info.name, "prepare()"):
-            node.prepare()
+        prepare_nodes(tree)
         clock = paced_for(tree, given.clock)
         runner = Runner(tree, context, clock, period=TICK, cell=given, max_ticks=MOST_TICKS)
         outcome = runner.run()

@@ -16,6 +16,7 @@ from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.feeds import (
+    BorrowedCell,
     Computed,
     Relay,
     bounded,
@@ -222,18 +223,20 @@ class Builder(WireReader):
         taken = {d.name: self.taken(part, d, path) for d in part.target.outs.values()}
         private = [d for d in part.target.outs.values() if taken[d.name] is None]
         private += [d for d in part.target.inouts.values() if d.name not in part.inouts]
-        for name, (key, _) in part.inouts.items():
-            frame.cells[name] = self.cell(key)
-        shared = [(frame.cells[n], part.target.inouts[n]) for n in part.inouts]
+        shared = [(self.cell(key), part.target.inouts[name]) for name, (key, _) in part.inouts.items()]
+        borrowed = []
+        for outer_cell, declared in shared:
+            frame.cells[declared.name] = outer_cell
+            if declared.bounded:
+                frame.cells[declared.name] = lent = _borrowed(declared, outer_cell, path)
+                borrowed.append(lent)
         defaults = [(cell, d.default) for cell, d in shared if d.has_default and not d.may_be_absent]
         relays = []
         for declared in part.target.outs.values():
             if (wired := taken[declared.name]) is None:
                 continue
-            frame.cells[declared.name] = wired
-            if declared.has_default or declared.bounded:
-                inner = frame.cells[declared.name] = _cell_of(declared, f"{path}/{declared.name}")
-                relays.append(Relay(inner, wired, declared.default if declared.has_default else MISSING))
+            inner = frame.cells[declared.name] = _cell_of(declared, f"{path}/{declared.name}")
+            relays.append(Relay(inner, wired, declared.default if declared.has_default else MISSING))
         local = self.own_cells(frame, [*part.target.keys.values(), *private])
         outer, self.frame = self.frame, frame
         try:
@@ -241,7 +244,9 @@ class Builder(WireReader):
             finish = self.root(body.finish, f"{path}/finally") if body.finish else None
         finally:
             self.frame = outer
-        return CallNode(path, child, local, finish, defaults, relays)
+        for relay in relays:
+            relay.outer.blocked = relay.outer.blocked or relay.inner.blocked
+        return CallNode(path, child, local, finish, defaults, relays, borrowed)
 
     def taken(self, part: Call, declared: Declared, path: str) -> Cell | None:
         """Return the cell of an output that the caller takes, or takes the deviation of; None of any other."""
@@ -266,6 +271,12 @@ class Builder(WireReader):
         elif key is not None:
             return self.cell(key)
         return Computed(f"{path}/{declared.name}", thunk, error)
+
+
+def _borrowed(declared: Declared, outer: Cell, path: str) -> BorrowedCell:
+    """Return the cell of a caller's key under the bounds of an `inout` of the called tree."""
+    check = bounds_check(f"${declared.name}", declared.type, *declared.own_bounds)
+    return BorrowedCell(f"{path}/{declared.name}", outer, check)
 
 
 def _cell_of(declared: Declared, name: str) -> Cell:

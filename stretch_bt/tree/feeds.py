@@ -6,13 +6,24 @@ from collections.abc import Callable
 from typing import Any
 
 from stretch_bt.errors import Absent, NoAnswer, NodeError, StretchError, UnsetKey
-from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.cell import MISSING, BoundedCell, Cell
 from stretch_bt.tree.series import errors_of
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate
 
-__all__ = ["Computed", "Relay", "bounded", "bounds_check", "carried", "constant", "error_of_field", "present", "tee"]
+__all__ = [
+    "BorrowedCell",
+    "Computed",
+    "Relay",
+    "bounded",
+    "bounds_check",
+    "carried",
+    "constant",
+    "error_of_field",
+    "present",
+    "tee",
+]
 
 
 class Computed(Cell):
@@ -51,10 +62,35 @@ def tee(target: Cell, target_sd: Cell) -> Cell:
     return made
 
 
-class Relay:
-    """Passes on what is written to a cell: of an output of a called tree that has a default or bounds, or of a node to a key with bounds.
+class BorrowedCell(BoundedCell):
+    """The key of a caller under the bounds of an `inout`: what lies outside them is neither read nor written."""
 
-    A default is there from the begin of a call on, and reaches the key of the caller where the call succeeds and wrote nothing else.
+    __slots__ = ("outer",)
+
+    def __init__(self, name: str, outer: Cell, check: Callable[[Any], None]) -> None:
+        super().__init__(name, check)
+        self.outer = outer
+        self.listener = self._pass_on
+
+    def begin(self) -> None:
+        """Take over what the key holds."""
+        self.value, self.sd, self.writer = self.outer.value, self.outer.error(), self.outer.writer
+
+    def read(self) -> Any:
+        """Return the value, if it lies within the bounds."""
+        value = super().read()
+        self.check(value)
+        return value
+
+    def _pass_on(self, _: Cell) -> None:
+        _hand_on(self, self.outer)
+
+
+class Relay:
+    """Passes on what is written to a cell: of an output of a called tree, or of a node to a key with bounds.
+
+    A called tree reads nothing of what the key of its caller held before. A default is there from the begin of a call on,
+    and reaches the key of the caller where the call succeeds and wrote nothing else.
     """
 
     def __init__(self, inner: Cell, outer: Cell, default: Any = MISSING) -> None:
@@ -74,10 +110,14 @@ class Relay:
 
     def _pass_on(self, cell: Cell) -> None:
         self.passed = True
-        if cell.value is MISSING:
-            self.outer.unset(cell.writer)
-        else:
-            self.outer.write(cell.held(), cell.writer)
+        _hand_on(cell, self.outer)
+
+
+def _hand_on(cell: Cell, outer: Cell) -> None:
+    if cell.value is MISSING:
+        outer.unset(cell.writer)
+    else:
+        outer.write(cell.held(), cell.writer)
 
 
 def constant(name: str, value: Any, writer: str) -> Cell:

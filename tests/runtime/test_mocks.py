@@ -21,6 +21,7 @@ from stretch_bt.runtime.replay import replay
 from stretch_bt.source import parse
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.types import from_annotation
+from stretch_bt.units import Estimate
 
 TREE = """
 format: stretch-tree/1
@@ -370,6 +371,30 @@ def test_mocks_are_a_file_its_text_or_a_mapping(run: Any, tmp_path: Path, form: 
     assert result.visited[look] == ("SUCCESS", "FAILURE")
     assert result.keys["passes"] == 3
     assert replay(result.record).identical
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_an_estimate_in_a_mapping_is_in_si(run: Any, many: bool) -> None:
+    found, radius = Estimate(0.003, 0.0001), Estimate(0.03, 0.001)
+    mocks = {
+        "mocks": [
+            {"match": "main/measure", "outputs": {"height": [found] if many else found}},
+            {"match": "main/fit_sphere", "outputs": {"sphere": {"radius": radius}}},
+        ]
+    }
+    tree = """\
+format: stretch-tree/1
+devices: {camera: DepthCamera}
+trees:
+  main:
+    out: [height, r]
+    sequence: [measure: {height}, capture, segment_contact, fit_sphere: {sphere}, set: {r: sphere.radius}]
+  measure: {out: {height: Length}, set: {height: 1 mm}}
+"""
+    mocks["mocks"] += [{"match": "main/capture"}, {"match": "main/segment_contact"}]
+    outcome = run(tree, mocks=mocks)
+    assert outcome.outputs["height"] == {"value": 3.0, "unit": "mm", "sd": 0.1}
+    assert outcome.keys["r"] == pytest.approx(0.03)
 
 
 def test_a_mistake_in_a_mapping_is_told_like_one_in_a_file(run: Any) -> None:

@@ -175,6 +175,22 @@ def test_an_error_of_a_node_and_a_fault_of_a_device_come_as_they_are(opened, mon
         opened.do("capture")
 
 
+@pytest.mark.parametrize(
+    ("raised", "kind", "said"),
+    [
+        (ValueError("oh"), NodeError, r"retract: prepare\(\) broke \(ValueError: oh\)"),
+        (InvalidInput("too high; give less"), InvalidInput, "retract: too high; give less"),
+    ],
+)
+def test_what_a_node_says_before_its_first_tick_names_it(opened, monkeypatch, raised, kind, said):
+    def prepare(self):
+        raise raised
+
+    monkeypatch.setattr(registry.load_all()["retract"].cls, "prepare", prepare)
+    with pytest.raises(kind, match=said):
+        opened.do("retract")
+
+
 def test_a_signal_in_a_call_stops_all_and_is_an_interrupt(opened):
     opened.clock.reached = lambda deadline: (opened.clock.now() > 0.3 and os.kill(os.getpid(), signal.SIGINT)) or True
     with pytest.raises(KeyboardInterrupt):

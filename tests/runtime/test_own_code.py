@@ -135,12 +135,34 @@ EARLY = {
 @pytest.mark.parametrize("body", EARLY)
 def test_what_breaks_before_the_first_tick_names_node_and_line(body: str, folder: Any, command: Any) -> None:
     name = folder(body)
-    code, _, told = command("run", "tree.yaml", "-q")
-    assert code == (2 if "__init__" in body else 1)
-    assert told.startswith("tree.yaml:7:16 error[import]: " if "__init__" in body else "error: ")
+    code, *printed = command("run", "tree.yaml", "-q")
+    code_of, told = (2, printed[1]) if "__init__" in body else (1, printed[0])
+    assert code == code_of
+    assert told.startswith("tree.yaml:7:16 error[import]: " if code == 2 else "ERROR ")
+    told = " ".join(told.split())
     assert f"main/breaks_once: {EARLY[body]} {name}:13" in told
+    assert ("0 ticks" in told) == (code == 1)
     assert "Traceback" not in told
-    assert "Traceback" in command("run", "tree.yaml", "-q", "--traceback")[2]
+    assert "Traceback" in "".join(command("run", "tree.yaml", "-q", "--traceback")[1:])
+
+
+#: what a node says in `prepare`, how the command ends, and what is said of it
+REFUSED = {
+    "InvalidInput('too wide; give less')": (2, "main/breaks_once: too wide; give less"),
+    "NoAnswer('too wide')": (1, "too wide"),
+    "DeviceFault('arm', 'too wide')": (3, "arm: too wide"),
+}
+
+
+@pytest.mark.parametrize("raised", REFUSED)
+def test_a_refusal_before_the_first_tick_has_the_end_of_any_run(raised: str, folder: Any, command: Any) -> None:
+    folder(f"    def prepare(self): raise {raised}\n    def update(self): return Status.SUCCESS")
+    code, said = REFUSED[raised]
+    ended, *printed = command("run", "tree.yaml", "-q")
+    assert ended == code
+    kind = {1: "ERROR ", 2: "error: ", 3: "FAULT "}[code]
+    assert printed[code == 2].startswith(kind + said)
+    assert json.loads(command("run", "tree.yaml", "-q", "--json")[1])["reason"] == said
 
 
 def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json_alone(

@@ -373,8 +373,12 @@ LEAVING = [
         "as it should",
     ),
     ("{e: {default: 4 mm}}", "sequence: [out_of: {e: $e, y: $f}, check: f > 0 mm]", "$y: 8 mm is above 5 mm"),
+    ("{x: {default: 4.5 mm}}", "grow: {x: $x}", "$x: 5.5 mm is above 5 mm"),
+    ("{x: {default: 8 mm}}", "sequence: [halve: {x: $x}, halve: {x: $x}]", "$x: 8 mm is above 5 mm"),
 ]
 BOUNDED = {
+    "grow": "grow: {inout: {x: {type: Length, max: 5 mm}}, set: {x: x + 1 mm}}",
+    "halve": "halve: {inout: {x: {type: Length, max: 5 mm}}, set: {x: x / 2}}",
     "into": "into: {in: {d: {type: Length, max: 5 mm}}, check: d > 1 mm}",
     "out_of": "out_of: {in: {e: Length}, out: {y: {type: Length, max: 5 mm}}, set: {y: 2 * e}}",
 }
@@ -386,3 +390,16 @@ def test_the_bounds_of_a_name_hold_in_the_run(nodes: Any, keys: str, body: str, 
     trees = "\n".join(text for name, text in BOUNDED.items() if f"{name}:" in body)
     outcome = nodes.run(f"keys: {keys}\n{body}", trees=trees)
     assert (outcome.status, said in outcome.reason) == ("FAILURE", True), outcome.reason
+
+
+def test_an_inout_within_its_bounds_is_the_key_of_the_caller(run: Any) -> None:
+    outcome = run("""\
+format: stretch-tree/1
+trees:
+  grow: {inout: {x: {type: Length, max: 5 mm}}, sequence: [set: {y: x, z: x_sd}, set: {x: y + 1 mm, x_sd: z}]}
+  main:
+    out: [x]
+    sequence: [set: {x: 2 mm, x_sd: 0.1 mm}, grow: {x: $x}, grow: {x: $x}]
+""")
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert outcome.outputs["x"] == {"value": pytest.approx(4.0), "unit": "mm", "sd": pytest.approx(0.1)}

@@ -178,3 +178,15 @@ def test_two_places_that_share_what_they_remember_are_told(tmp_path, case):
     found = check(path)
     assert [d.code for d in found] == ["record-shared"] * told
     assert all("goes on from $tally of line 2" in d.message for d in found)
+
+
+@pytest.mark.parametrize("body", ["count_one: {by: 1 mm}", "{sequence: [idle, count_one: {by: 1 mm}]}"])
+def test_an_out_begins_without_a_value_at_each_call(tmp_path, body):
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        "format: stretch-tree/1\ntrees:\n"
+        "  main: {out: [n], sequence: [once: {tally: $t}, once: {tally: $t}, set: {n: t.count}]}\n"
+        f"  once: {{out: [tally], sequence: [{body}]}}\n"
+    )
+    assert errors(path) == []
+    assert run(path).outputs["n"]["value"] == 1

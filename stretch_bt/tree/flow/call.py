@@ -17,7 +17,7 @@ from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, why_fai
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
     from stretch_bt.tree.dataflow import DataFlow
-    from stretch_bt.tree.feeds import Relay
+    from stretch_bt.tree.feeds import BorrowedCell, Relay
 
 __all__ = ["Call", "CallNode"]
 
@@ -83,11 +83,13 @@ class CallNode(FlowNode):
         finish: py_trees.behaviour.Behaviour | None = None,
         shared: list[tuple[Cell, Any]] | None = None,
         relays: Sequence[Relay] = (),
+        borrowed: Sequence[BorrowedCell] = (),
     ) -> None:
         super().__init__(path, child)
         self.local = local
         self.shared = shared or []  # keys of the caller that have a default here
         self.relays = relays
+        self.borrowed = borrowed
         self.finish = finish
         self.result: Status | None = None
         self.entered = False
@@ -106,6 +108,8 @@ class CallNode(FlowNode):
         for cell, default in self.shared:
             if cell.value is MISSING and (default is not None or not cell.writer):
                 cell.give(default, self.path)
+        for lent in self.borrowed:
+            lent.begin()
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the body, then `finish`; an output that they did not write has its default once they succeeded."""
