@@ -13,6 +13,7 @@ from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
+from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.set_keys import Copy, SetKeysNode
 from stretch_bt.tree.port import Port
 from stretch_bt.tree.series import errors_of
@@ -42,9 +43,15 @@ class Truths(Onlooker):
         self.names = {cell.name: name for name, (_, cell) in built.outputs.items()}
         self.own = [name for name, (declared, _) in built.outputs.items() if declared.scene]
         self.truth = truth
-        self.copies = {(node.path, cell): copy for node, cell, copy in _copies(built)}
+        beyond = _reached(built)
+        self.copies = {(node.path, key): copy for node, cell, copy in _copies(built) for key in beyond(cell)}
         wanted = _leading_to(set(self.names), self.copies)
-        self.ports = {(node.path, cell): (node, port) for node, cell, port in _ports(built) if cell in wanted}
+        self.ports = {
+            (node.path, key): (node, port)
+            for node, cell, port in _ports(built)
+            for key in beyond(cell)
+            if key in wanted
+        }
         self.held: dict[str, _Found] = {}
         self.of_scene: dict[str, float] = {}
 
@@ -100,6 +107,20 @@ class Truths(Onlooker):
 
 def _same(one: Any, other: Any) -> bool:
     return one is other or (isinstance(one, int | float) and isinstance(other, int | float) and one == other)
+
+
+def _reached(built: BuiltTree) -> Callable[[str], set[str]]:
+    """Return what tells the keys that a value reaches from the one it is written to: itself, and those that called trees hand it on to."""
+    handed: dict[str, set[str]] = {}
+    for node in built.nodes.values():
+        if isinstance(node, CallNode):
+            for inner, outer in node.handed_on():
+                handed.setdefault(inner.name, set()).add(outer.name)
+
+    def reached(key: str) -> set[str]:
+        return {key}.union(*(reached(outer) for outer in handed.get(key, ())))
+
+    return reached
 
 
 def _ports(built: BuiltTree) -> Iterator[tuple[Behavior, str, Port]]:

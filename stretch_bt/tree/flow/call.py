@@ -111,6 +111,10 @@ class CallNode(FlowNode):
         for lent in self.borrowed:
             lent.begin()
 
+    def handed_on(self) -> list[tuple[Cell, Cell]]:
+        """Return the cells of the called tree whose values go on to a key of the caller, with that key."""
+        return [(relay.inner, relay.outer) for relay in self.relays] + [(lent, lent.outer) for lent in self.borrowed]
+
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the body, then `finish`; an output that they did not write has its default once they succeeded."""
         status = yield from self._decided()
