@@ -15,7 +15,7 @@
     │   ├── NoContact
     │   ├── IllConditioned
     │   ├── Absent               a key or a field is read that holds none
-    │   ├── Refused              a node or subtree that `do` ticked ended with FAILURE
+    │   ├── ValueRefused              a node or subtree that `do` ticked ended with FAILURE
     │   └── NoEquilibrium
     │       └── Impossible
     ├── DeviceFault              a device says no; it stays until a new run
@@ -55,7 +55,7 @@ __all__ = [
     "NodeError",
     "NotReady",
     "RecordError",
-    "Refused",
+    "ValueRefused",
     "SceneError",
     "StaleReading",
     "StretchError",
@@ -183,7 +183,7 @@ class Absent(NoAnswer):
     """A key, or a field of a record, holds `none`: its writer had no value for it."""
 
 
-class Refused(NoAnswer):
+class ValueRefused(NoAnswer):
     """A node or subtree that was ticked from Python ended with FAILURE; `.path` is the node that gave the reason."""
 
     def __init__(self, reason: str, path: str = "") -> None:

@@ -37,7 +37,7 @@ class WantedOutput:
     type: Type = FLOAT
 
     def resolve(self, type_: Type) -> None:
-        """Read the value by the type of the output; raises Refused."""
+        """Read the value by the type of the output; raises ValueRefused."""
         number = type_.item or type_
         self.type, self.value = type_, literal(self.given, type_, self.name)
         if self.within is None:
@@ -165,7 +165,7 @@ def command_names(interface: type) -> list[str]:
 
 
 def wanted_output(key: Scalar, value: Value) -> WantedOutput:
-    """Return what a file expects of an output: a value, or `{value, within}`; raises Refused."""
+    """Return what a file expects of an output: a value, or `{value, within}`; raises ValueRefused."""
     if not isinstance(value, Map):
         return WantedOutput(key.text, key.mark, value)
     given, within = value.get("value"), value.get("within")

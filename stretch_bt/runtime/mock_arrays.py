@@ -61,14 +61,14 @@ class MockArrays:
 
         Raises
         ------
-        Refused
+        ValueRefused
             There is none, or it does not hold what is wanted; the diagnostic says where and what to write.
         """
         found = self._named(value, what) if isinstance(value, Scalar) else value.plain()
         return array_of(found, dtype, what, value.mark)
 
     def numbers(self, value: Scalar, what: str, deep: int = 1) -> list[Any]:
-        """Return the entries, or with `deep` 2 the rows, of an array of SI numbers that a text names; raises Refused."""
+        """Return the entries, or with `deep` 2 the rows, of an array of SI numbers that a text names; raises ValueRefused."""
         found = self.read(value, None, what)
         if found.ndim != deep or found.dtype.kind not in "biuf" or not np.isfinite(found).all():
             message = (
@@ -122,7 +122,7 @@ def array_of(given: Any, dtype: np.dtype[Any] | None, what: str, mark: Mark) -> 
 
     Raises
     ------
-    Refused
+    ValueRefused
         It holds something else.
     """
     found = given if isinstance(given, np.ndarray) else _nested(given, what, mark)

@@ -26,7 +26,7 @@ def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None =
 
     Raises
     ------
-    Refused
+    ValueRefused
         The value does not fit the type; the diagnostic says where and what to write.
     """
     if type_.is_number and isinstance(value, Map):
@@ -43,7 +43,7 @@ def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None =
 
 
 def check_port(given: Any, port: PortCheck, value: Value, what: str) -> None:
-    """Raise Refused where the node itself could not write what its mock writes; `value` is its place in the file."""
+    """Raise ValueRefused where the node itself could not write what its mock writes; `value` is its place in the file."""
     if given is None and not port.optional:
         refuse(value.mark, "type-mismatch", f"{what} is never none", example(port.type))
     if given is not None:

@@ -29,9 +29,9 @@ class FieldReader(Generic[V]):
     Parameters
     ----------
     array
-        Reads one that is an array, of a type where the class names it; given its name for messages. Raises Refused.
+        Reads one that is an array, of a type where the class names it; given its name for messages. Raises ValueRefused.
     value
-        Reads any other one; given its type, the annotation that it has in its class, and its name for messages. Raises Refused.
+        Reads any other one; given its type, the annotation that it has in its class, and its name for messages. Raises ValueRefused.
     origin
         What messages call a record with some fields, as in `mocked {}`.
     remedy
@@ -54,7 +54,7 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
 
     Raises
     ------
-    Refused
+    ValueRefused
         A name is no field, a field does not fit its type, or the class refuses the fields.
     """
     given: dict[str, Any] = {}
@@ -76,7 +76,7 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
 
 
 def _field(cls: type, name: str, value: V, what: str, at: Mark, read: FieldReader[V]) -> Any:
-    """Return the value of one field; `at` is the place of its name. Raises Refused."""
+    """Return the value of one field; `at` is the place of its name. Raises ValueRefused."""
     known, arrays = attributes(cls), array_fields(cls)
     if name in arrays:
         return read.array(value, arrays[name], f"{what}.{name}")

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from stretch_bt.errors import CellError, Diagnostic, FileError, SceneError, StretchError, SweepError, TreeError
 from stretch_bt.hardware.own_modules import Modules
+from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.reach import check_devices
-from stretch_bt.source import Scalar, did_you_mean
+from stretch_bt.source import Scalar, Value, did_you_mean
 from stretch_bt.tree.build import build
 from stretch_bt.tree.document import Document, Param
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.sweep_file import SweepFile, read_sweep
-from stretch_bt.tree.values import ValueRefused, check_bounds, literal
+from stretch_bt.tree.types import BOOL, FLOAT, Type
+from stretch_bt.tree.values import ValueRefused, check_bounds, literal, written
 
 __all__ = ["CheckedSweep", "check_sweep", "modules_below", "tree_wrong"]
 
@@ -50,8 +53,9 @@ def check_sweep(path: str | Path) -> CheckedSweep:
     """
     file, wrong = read_sweep(path)
     found = CheckedSweep(file, {}, wrong)
+    wrong_alone = _wrong_alone(found.file)
     for name in found.file.trees:
-        found.diagnostics.extend(_tree(found, name))
+        found.diagnostics.extend(_tree(found, name, wrong_alone.get(name.text)))
     for name in found.file.scenes:
         found.diagnostics.extend(_scene(found.file, name))
     found.diagnostics.extend(_cell(found))
@@ -74,11 +78,27 @@ def tree_wrong(name: Scalar, tree: str, program: Program, what: str) -> Diagnost
     return name.mark.error("tree-wrong", message, f"see `stretch-bt check {tree}`")
 
 
-def _tree(found: CheckedSweep, name: Scalar) -> Iterator[Diagnostic]:
+def _load(file: SweepFile, name: Scalar) -> Program:
+    tree = file.place(name)
+    return load_program(tree, None, modules_below(file.path, tree, "sweep file"))
+
+
+def _wrong_alone(file: SweepFile) -> dict[str, Program]:
+    """Return the trees that have errors by themselves, as one that uses a node which only another tree imports."""
+    found = {}
+    for name in file.trees if len(file.trees) > 1 else ():
+        with apart(), suppress(TreeError):
+            program = _load(file, name)
+            if program.errors:
+                found[name.text] = program
+    return found
+
+
+def _tree(found: CheckedSweep, name: Scalar, wrong: Program | None) -> Iterator[Diagnostic]:
     file = found.file
     tree = file.place(name)
     try:
-        program = load_program(tree, None, modules_below(file.path, tree, "sweep file"))
+        program = wrong or _load(file, name)
     except TreeError as error:
         first = error.diagnostics[0]
         yield name.mark.error(first.code, first.message, first.hint)
@@ -98,6 +118,18 @@ def _tree(found: CheckedSweep, name: Scalar) -> Iterator[Diagnostic]:
         yield from _values(file, document, param)
 
 
+def _same_numbers(values: Sequence[Value], type_: Type, name: str) -> Iterator[Diagnostic]:
+    """Yield each number without a unit, or truth, that is another one written otherwise; those with one are told by their text."""
+    seen: dict[float, Value] = {}
+    for value in values if type_ in (FLOAT, BOOL) else ():
+        with suppress(ValueRefused):
+            number = float(literal(value, type_, name))
+            before = seen.setdefault(number, value)
+            if before is not value and written(before) != written(value):
+                what = f"{name} has {written(before)!r} and {written(value)!r}, which are the same"
+                yield value.mark.error("value", what, "write each value once")
+
+
 def _values(file: SweepFile, document: Document, name: str) -> Iterator[Diagnostic]:
     """Yield what is wrong with the values of a param for one tree."""
     param = _param(document, name)
@@ -113,6 +145,7 @@ def _values(file: SweepFile, document: Document, name: str) -> Iterator[Diagnost
             check_bounds(literal(value, param.type, name), param.type, param.min, param.max, value.mark, name)
         except ValueRefused as refused:
             yield refused.diagnostic
+    yield from _same_numbers(file.choices[name], param.type, name)
 
 
 def _param(document: Document, name: str) -> Param | None:

@@ -103,7 +103,7 @@ def _plain(given: Any, type_: Type, name: str) -> Any:
 
 
 def _record(given: Mapping[str, Any], type_: Type, name: str) -> Any:
-    """Return the record of a mapping from its fields to numbers, text, arrays, records or mappings; raises Refused."""
+    """Return the record of a mapping from its fields to numbers, text, arrays, records or mappings; raises ValueRefused."""
     assert type_.cls is not None
     mark = Mark(name, 1, 1)
 

@@ -52,7 +52,7 @@ class ValueRefused(StretchError):
 
 
 def refuse(mark: Mark, code: str, message: str, hint: str = "") -> NoReturn:
-    """Raise Refused with an error at this place."""
+    """Raise ValueRefused with an error at this place."""
     raise ValueRefused(mark.error(code, message, hint))
 
 
@@ -221,7 +221,7 @@ def example(type_: Type) -> str:
 
 
 def check_bounds(value: Any, type_: Type, low: float | None, high: float | None, mark: Mark, what: str) -> None:
-    """Raise Refused when a number, or an item of a list, lies outside its bounds (both ends allowed)."""
+    """Raise ValueRefused when a number, or an item of a list, lies outside its bounds (both ends allowed)."""
     if isinstance(value, list):
         for item in value:
             check_bounds(item, type_.item or type_, low, high, mark, what)

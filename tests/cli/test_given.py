@@ -107,6 +107,11 @@ def test_the_json_of_what_is_refused_says_why(cli, tmp_path, monkeypatch, words,
             "there/tree: No such file or directory; correct the name",
         ),
         (("show", "palpate_stiffness", "--format", "svg", "--wires"), "--wires belongs to the text form"),
+        (("show", "--wires", "svg"), "'svg' is a format, not a tree; write 'stretch-bt show TREE --format svg'"),
+        (
+            ("show", "palpate_stiffness", "--wires", "--format", "pdf"),
+            "there is no format 'pdf'; known here: btcpp, dot,",
+        ),
         (("show", "palpate_stiffness", "--out", "t.svg", "--wires"), "--wires belongs to the text form, not to svg"),
         (
             ("show", "palpate_stiffness", "--out", "tree.xyz"),

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from waiting import broken_off, eventually
 
+from stretch_bt.errors import BeyondLimits
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
@@ -20,6 +21,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import Lost, Message
 from stretch_bt.hardware.motion.path import PosePath
+from stretch_bt.hardware.ur.arm import MOST_POSES
 from stretch_bt.hardware.ur.force_filter import HandForce
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.messages import CODEC, ArmState, Beat, Engaged, Follow, Stop
@@ -57,6 +59,28 @@ def test_messages_arrive_as_they_were_sent(messages):
         for message in messages:
             here.send(message)
         assert there.drain() == messages
+
+
+def test_the_longest_path_fits_into_one_message():
+    one, other = socket.socketpair()
+    with one, other:
+        here, there = Channel(one, CODEC, 5.0), Channel(other, CODEC)
+        message, came = Follow(1, ((-1.2345678901234567e-100,) * 6,) * MOST_POSES, 0.02), []
+        sender = threading.Thread(target=here.send, args=(message,))
+        sender.start()
+        eventually(lambda: came.extend(there.drain()) or came)
+        sender.join()
+        assert came == [message]
+
+
+def test_a_longer_path_is_refused_and_the_arm_is_as_it_was(make_cell):
+    """Its message was one without an end, and the arm was lost."""
+    arm = make_cell("ur").devices["arm"]
+    here = arm.pose(1.0).value
+    path = [Pose((here.position[0], here.position[1], here.position[2] + 1e-6 * k), here.rotation) for k in range(9000)]
+    with pytest.raises(BeyondLimits, match="a path takes at most 5000 poses, and this one has 9000; leave out"):
+        arm.follow(path, speed=0.02, owner="a")
+    assert arm.follow(path[:4000:1000], speed=0.02, owner="a").poll() is MotionState.MOVING
 
 
 @settings(deadline=None)

@@ -2,14 +2,16 @@
 
 import pytest
 
+from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.check import check
 from stretch_bt.runtime.sweep_check import check_sweep
 
 TREE = """\
 format: stretch-tree/1
 imports: {lib: lib.yaml}
-params: {height: {default: 20 mm, min: 1 mm, max: 50 mm}, times: {default: 1}, word: {default: one, type: str}}
-trees: {main: {sequence: [{lib.rest: {}, log: "$height $times $word"}]}}
+params:
+  {height: {default: 20 mm, min: 1 mm, max: 50 mm}, times: {default: 1}, word: {default: one, type: str}, part: {default: 0.5}, all: {default: true}}
+trees: {main: {sequence: [{lib.rest: {}, log: "$height $times $word $part $all"}]}}
 """
 LIBRARY = """\
 format: stretch-tree/1
@@ -29,6 +31,9 @@ WRONG = {
     "set: {height: [3 mm, 60 mm]}": ("out-of-bounds", "5:22"),
     "set: {height: [[1 mm, 2 mm]]}": ("type-mismatch", "5:16"),
     "set: {height: {a: 1}}": ("type-mismatch", "5:15"),
+    "set: {part: [3, 3.0]}": ("value", "5:17"),
+    "set: {part: [5 %, 0.05]}": ("value", "5:19"),
+    "set: {all: [true, True]}": ("value", "5:19"),
     "set: {times: 1.5}": ("type-mismatch", "5:14"),
     "set: {lib.rest: 1 mm}": ("unit-mismatch", "5:17"),
     "set: {lib.res: 1 s}": ("param-unknown", "5:7"),
@@ -140,3 +145,18 @@ def test_every_mistake_is_told_at_once(tmp_path, sweep):
         (6, 8, "value"),
         (7, 16, "value"),
     ]
+
+
+def test_a_tree_of_a_sweep_has_no_nodes_that_another_one_imports(tmp_path):
+    """It ran with them, though not by itself."""
+    body = "trees: {main: {sequence: [borrowed_for_test]}}"
+    (tmp_path / "own_of_one.py").write_text(
+        "from stretch_bt import Behavior, Status, node\n\n\n@node\nclass BorrowedForTest(Behavior):\n"
+        '    """Do nothing."""\n\n    def update(self):\n        return Status.SUCCESS\n'
+    )
+    (tmp_path / "one.yaml").write_text(f"format: stretch-tree/1\nimports: {{own: own_of_one}}\n{body}\n")
+    (tmp_path / "other.yaml").write_text(f"format: stretch-tree/1\n{body}\n")
+    (tmp_path / "sweep.yaml").write_text("format: stretch-sweep/1\ntree: [one.yaml, other.yaml]\n")
+    with apart():
+        found = check_sweep(tmp_path / "sweep.yaml").diagnostics
+    assert [(d.code, d.line, d.column) for d in found] == [("tree-wrong", 2, 18)]

@@ -321,6 +321,14 @@ def test_a_large_task_is_drawn_whole(tmp_path: Path) -> None:
         assert "step59" in export(program, form)
 
 
+@pytest.mark.parametrize("form", ["text", "dot", "svg", "html", "btcpp"])
+@pytest.mark.parametrize("loop", ["repeat: {times: 2", "until: {that: k > 2, max: 3"])
+def test_the_keys_of_a_loop_are_shown(form: str, loop: str, tmp_path: Path) -> None:
+    body = f"{loop}, keys: {{k: {{default: 1, max: 9}}}}, do: {{set: {{k: k + 1}}}}}}"
+    (tmp_path / "loop.yaml").write_text(f"format: stretch-tree/1\ntrees: {{main: {{{body}}}}}\n")
+    assert "{k: {default: 1, max: 9}}" in export(load_program(tmp_path / "loop.yaml"), form)
+
+
 def test_an_unknown_format_and_a_wrong_task_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="did you mean 'svg'"):
         export(load_program(shipped_trees()[0]), "svgz")

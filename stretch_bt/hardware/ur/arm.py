@@ -24,10 +24,12 @@ from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.zeroing import Zeroing
 from stretch_bt.hardware.wire_thread import Sample
 
-__all__ = ["UrArm"]
+__all__ = ["MOST_POSES", "UrArm"]
 
 #: how long a motion may take to begin, and the arm to be ready, s
 _BEGINNING = 1.0
+#: poses of one path: with numbers of full length they fit into one message to the process
+MOST_POSES = 5000
 
 
 class UrArm(ArmDriver):
@@ -94,11 +96,14 @@ class UrArm(ArmDriver):
         Raises
         ------
         BeyondLimits
-            The arm cannot reach a pose on the way, or would have to turn too fast.
+            The path has more than `MOST_POSES` poses, the arm cannot reach a pose on the way, or would have to turn too fast.
         NotReady
             The arm is in fault, or was opened to be read.
         """
         process = self._opened()
+        if len(path) > MOST_POSES:
+            what = f"a path takes at most {MOST_POSES} poses, and this one has {len(path)}"
+            raise BeyondLimits(self.name, f"{what}; leave out poses that lie between others, or follow it in parts")
         state = self._checked(process).value
         if not state.engaged:
             raise NotReady(self.name, f"it takes no motions: {state.fault or 'it is not ready'}")

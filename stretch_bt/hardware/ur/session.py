@@ -106,7 +106,7 @@ class Session:
 
         Raises
         ------
-        Refused
+        ValueRefused
             With why, and what to do.
         """
         if self._receive.isProtectiveStopped():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -56,7 +57,7 @@ def compare(recorded: Sequence[Event], replayed: Sequence[Event]) -> Comparison:
     """Compare two logs event by event, up to the first that decides otherwise."""
     largest, first = 0.0, None
     for old, new in zip_longest(recorded, replayed):
-        if old == new:
+        if old == new and _text(old) == _text(new):  # 1, 1.0 and true are equal, and are written differently
             continue
         first = first or (old, new)
         if old is not None and new is not None and old.get("type") == "write" and "sd" in new.keys() - old.keys():
@@ -69,12 +70,18 @@ def compare(recorded: Sequence[Event], replayed: Sequence[Event]) -> Comparison:
     return Comparison(first is None, True, largest, first)
 
 
+def _text(event: Event | None) -> str:
+    return json.dumps(event, sort_keys=True)
+
+
 def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iterator[float]:
     """Yield the differences of all numbers; an infinite one where anything else differs.
 
     `sd` is the standard deviation, `scale` the size of the vector that a number is a component of.
     """
-    if is_number(old) and is_number(new) and not (isinstance(old, int) and isinstance(new, int)):
+    if isinstance(old, bool) != isinstance(new, bool):
+        yield math.inf
+    elif is_number(old) and is_number(new) and not (isinstance(old, int) and isinstance(new, int)):
         yield _difference(old, new, sd, scale)
     elif isinstance(old, Mapping) and isinstance(new, Mapping):
         yield from _of_mappings(old, new)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
@@ -28,7 +28,7 @@ class Passes:
 
     index: str | None = None
     collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
-    own: tuple[str, ...] = ()
+    own: dict[str, str] = field(default_factory=dict)  # key -> its declaration, as written
     fresh: Known = frozenset()  # of its own keys those without a default: unset as it begins
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
     refused: set[str] = field(default_factory=set)  # lists that are written wrongly, or meant, which was noted
@@ -42,7 +42,7 @@ class Passes:
             found.index = name
             found.marks[name] = index.mark
         keys = fields.get("keys")
-        found.own = tuple(key.text for key, _ in keys) if isinstance(keys, Map) else ()
+        found.own = {key.text: _as_written(value) for key, value in keys} if isinstance(keys, Map) else {}
         found.fresh = frozenset(n for n in found.own if (d := reader.signature.keys.get(n)) and not d.has_default)
         if (collect := fields.get("collect")) is not None:
             found._read_collect(reader, collect, do, item)
@@ -92,13 +92,24 @@ class Passes:
         """Return its settings."""
         found = {"index": f"${self.index}"} if self.index else {}
         lists = ", ".join(f"{name}: ${key}" for name, key in self.collect.items())
-        return found | ({"collect": f"{{{lists}}}"} if lists else {})
+        own = ", ".join(f"{name}: {text}" if text else name for name, text in self.own.items())
+        found |= {"collect": f"{{{lists}}}"} if lists else {}
+        return found | ({"keys": f"{{{own}}}"} if own else {})
 
     def bind(self, builder: Builder, path: str) -> PassKeys:
         """Return what does it in a run."""
         pairs = [(builder.cell(target), builder.cell(source)) for target, source in self.collect.items()]
         own = [(builder.cell(name), builder.default(name)) for name in self.own]
         return PassKeys(path, builder.cell(self.index) if self.index else None, pairs, own)
+
+
+def _as_written(value: Value) -> str:
+    """Return a declaration on one line."""
+    if isinstance(value, Map):
+        return f"{{{', '.join(f'{key.text}: {_as_written(inner)}' for key, inner in value)}}}"
+    if isinstance(value, Seq):
+        return f"[{', '.join(map(_as_written, value.items))}]"
+    return value.text
 
 
 def _meant(target: str, source: str, written: set[str]) -> str:

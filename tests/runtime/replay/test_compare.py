@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import json
 import typing
 from typing import Any
 
@@ -57,6 +58,9 @@ CASES = {
         write({"c": [9e-4, 1.0], "c_sd": [1.0, 1e-9]}),
         True,
     ),
+    "a truth for a number": (write(True), write(1), False),
+    "a number for a truth": (write({"a": [0.0]}), write({"a": [False]}), False),
+    "a whole number for another": (write(1), write(1.0), True),
     "the sign of nothing": (write(0.0), write(-0.0), True),
     "a count": (write(1_000_001), write(1_000_002), False),
     "no number": (write("NaN"), write(1.0), False),
@@ -139,8 +143,9 @@ CASES = {
 @pytest.mark.parametrize(("old", "new", "same"), CASES.values(), ids=CASES)
 def test_last_digits_are_told_from_decisions(old: Any, new: Any, same: bool) -> None:
     found = compare([event("header"), old, event("stop")], [event("header"), new, event("stop")])
-    assert (found.identical, found.same) == (old == new, same)
-    assert found.first == (None if old == new else (old, new))
+    identical = json.dumps(old, sort_keys=True) == json.dumps(new, sort_keys=True)
+    assert (found.identical, found.same) == (identical, same)
+    assert found.first == (None if identical else (old, new))
     assert found.largest <= 1e-6 or not same
 
 
