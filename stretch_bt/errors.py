@@ -55,13 +55,13 @@ __all__ = [
     "NodeError",
     "NotReady",
     "RecordError",
-    "ValueRefused",
     "SceneError",
     "StaleReading",
     "StretchError",
     "SweepError",
     "TreeError",
     "UnsetKey",
+    "ValueRefused",
 ]
 
 

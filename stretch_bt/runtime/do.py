@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.clock import VirtualClock
-from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, ValueRefused, StretchError
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, ValueRefused
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import OneCall, called, names
