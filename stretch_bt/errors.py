@@ -15,7 +15,7 @@
     │   ├── NoContact
     │   ├── IllConditioned
     │   ├── Absent               a key or a field is read that holds none
-    │   ├── ValueRefused              a node or subtree that `do` ticked ended with FAILURE
+    │   ├── Refused              a node or subtree that `do` ticked ended with FAILURE
     │   └── NoEquilibrium
     │       └── Impossible
     ├── DeviceFault              a device says no; it stays until a new run
@@ -55,13 +55,13 @@ __all__ = [
     "NodeError",
     "NotReady",
     "RecordError",
+    "Refused",
     "SceneError",
     "StaleReading",
     "StretchError",
     "SweepError",
     "TreeError",
     "UnsetKey",
-    "ValueRefused",
 ]
 
 
@@ -183,7 +183,7 @@ class Absent(NoAnswer):
     """A key, or a field of a record, holds `none`: its writer had no value for it."""
 
 
-class ValueRefused(NoAnswer):
+class Refused(NoAnswer):
     """A node or subtree that was ticked from Python ended with FAILURE; `.path` is the node that gave the reason."""
 
     def __init__(self, reason: str, path: str = "") -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.clock import VirtualClock
-from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, ValueRefused
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, StretchError
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import OneCall, called, names
@@ -37,7 +37,7 @@ class Do:
     ------
     InvalidInput
         A name or a value is wrong; nothing has moved.
-    ValueRefused
+    Refused
         It ended with FAILURE; its reason says why. The records that it would have given are unset.
     DeviceFault
         A device failed; every device is stopped.
@@ -162,4 +162,4 @@ class _Ticked:
         path, _, why = reason.replace(f" {entry}", " ").removeprefix(entry).partition(": ")
         if status == "ERROR":
             raise NodeError(path, why or "; ".join(self.outcome.errors))
-        raise ValueRefused(f"{path}: {why}" if why else path, path)
+        raise Refused(f"{path}: {why}" if why else path, path)

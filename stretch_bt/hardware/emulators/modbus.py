@@ -31,11 +31,11 @@ class Registers(Protocol):
     """What the requests are about."""
 
     def read(self, function: int, start: int, count: int) -> list[int]:
-        """Return registers; raises ValueRefused."""
+        """Return registers; raises ModbusRefused."""
         ...
 
     def write(self, start: int, values: list[int]) -> None:
-        """Take registers; raises ValueRefused."""
+        """Take registers; raises ModbusRefused."""
         ...
 
 
@@ -106,7 +106,7 @@ def _block(data: bytes, most: int) -> tuple[int, list[int]]:
 
 
 def _words(data: bytes, count: int) -> tuple[int, ...]:
-    """Return that many words of 16 bits; raises ValueRefused where there are more or fewer."""
+    """Return that many words of 16 bits; raises ModbusRefused where there are more or fewer."""
     if len(data) != 2 * count:
         raise ModbusRefused(ILLEGAL_VALUE)
     return struct.unpack(f">{count}H", data)

@@ -106,7 +106,7 @@ class Session:
 
         Raises
         ------
-        ValueRefused
+        ArmRefused
             With why, and what to do.
         """
         if self._receive.isProtectiveStopped():
