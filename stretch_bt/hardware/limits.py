@@ -12,8 +12,9 @@ from stretch_bt.errors import BeyondLimits, InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.asked import check_speed
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.past_limits import outside_limits, past_limit
 from stretch_bt.hardware.slack import most_measured
-from stretch_bt.quantity_text import format_apart, format_quantity
+from stretch_bt.quantity_text import format_quantity
 from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time
 from stretch_bt.within import Within
 
@@ -154,7 +155,7 @@ class Limits(_Model):
         if self.contact is not None and most < self.speed:
             below = format_quantity(self.contact.below, KINDS["Length"])
             where = f" below a height of {below}, where the hand may meet something"
-        return f"{_told_past(name, speed, most, 'Speed')}{where}"
+        return f"{past_limit(name, speed, most, 'Speed')}{where}"
 
     def check_force(self, device: str, force: float) -> None:
         """Raise LimitExceeded when the arm feels too much."""
@@ -164,15 +165,9 @@ class Limits(_Model):
 
 def _past(name: str, value: float, most: float, kind: str) -> str:
     """Return the message about a value past its limit, SI; empty where it is not past."""
-    return "" if value <= most + _ROUNDING else _told_past(name, value, most, kind)
-
-
-def _told_past(name: str, value: float, most: float, kind: str) -> str:
-    asked, allowed = format_apart(KINDS[kind], value, most)
-    return f"{name} {asked} is past the limit of the cell, at most {allowed}"
+    return "" if value <= most + _ROUNDING else past_limit(name, value, most, kind)
 
 
 def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str]) -> None:
     if not span.min - _ROUNDING <= value <= span.max + _ROUNDING:
-        asked, least, most = format_apart(KINDS["Length"], value, span.min, span.max)
-        raise BeyondLimits(device, f"{name} {asked} is past the limits of the cell, {least} to {most}", concerns)
+        raise BeyondLimits(device, outside_limits(name, value, span.min, span.max), concerns)

@@ -6,7 +6,7 @@ from typing import Any
 
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing, is_null
 from stretch_bt.tree import registry
-from stretch_bt.tree.document import Param, Signature
+from stretch_bt.tree.document import DeviceDecl, Param, Signature
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
@@ -252,13 +252,19 @@ class NodeWiring(Wiring):
             chosen[0].used = True
             found.devices[declared.name] = chosen[0].name
         elif not declared.optional and not (self.document.doubtful and not chosen):
-            what = f"{found.info.name!r} uses a {wanted}, and the file declares {'none' if not chosen else 'several'}"
-            hint = (
-                f"add 'devices: {{{declared.name}: {wanted}}}'"
-                if not chosen
-                else f"write '{declared.name}: {chosen[0].name}'"
-            )
-            self.error(mark, "device-undeclared", what, hint)
+            self.error(mark, "device-undeclared", *self._no_device(found, declared.name, wanted, chosen))
+
+    def _no_device(self, found: Leaf, port: str, wanted: str, fitting: list[DeviceDecl]) -> tuple[str, str]:
+        """Return what is wrong where no device, or more than one, is of the kind that a node needs, and the remedy."""
+        doc = self.document
+        what = f"{found.info.name!r} needs a device of kind {wanted}, and "
+        if not fitting:
+            return f"{what}the file declares none", f"add 'devices: {{{port}: {wanted}}}'"
+        if doc.declares_devices or not doc.prefix:
+            return f"{what}the file declares several", f"write '{port}: {fitting[0].name}'"
+        what += f"this file declares none, and the task several, none of them called {port!r}"
+        another = f"'{self.signature.qualified}: {{{port}: {fitting[-1].name}}}'"
+        return what, f"call {fitting[0].name!r} {port!r} in the task; a call may give another: {another}"
 
     def call(self, target: Signature, mark: Mark, value: Value) -> Part | None:
         """Read a call of a tree and wire what crosses its border; params of its file, and devices, may be given too."""

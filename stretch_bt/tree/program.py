@@ -266,7 +266,10 @@ class _Checker:
         if outer is None or outer.interface is not device.interface:
             message = f"{document.file} needs a device {device.name!r} of kind {name}, and this file declares "
             message += "none" if outer is None else f"it as {outer.interface.__name__}"
+            like = next((d.name for d in self.document.devices.values() if d.interface is device.interface), None)
             hint = f"add 'devices: {{{device.name}: {name}}}'" if outer is None else "rename one of them"
+            if outer is None and like is not None:
+                hint = f"call {like!r} {device.name!r} here, or leave out 'devices' in {document.file}, which then takes the only one"
             self.found.append(mark.error("device-undeclared", message, hint))
         elif device.used:
             outer.used = True

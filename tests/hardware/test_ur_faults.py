@@ -335,7 +335,7 @@ def test_the_depth_past_first_contact_is_watched_in_every_cycle(moving):
     """Contact becomes known while the hand is already on its way below what that allows."""
     cell, arm, motion = moving()
     cell.hand.contact_height = 0.2
-    assert re.search(r"depth \d+\.\d mm is past the limit of the cell, at most 25 mm", str(fault_of(motion)))
+    assert re.search(r"depth [\d.]+ mm is past the limit of the cell, at most 25 mm", str(fault_of(motion)))
     assert arm.pose(1.0).value.height > 0.165
 
 
@@ -379,7 +379,7 @@ def test_an_arm_that_is_opened_past_a_limit_is_not_ready(stand_in, live_cell):
     behind, places = stand_in("ur")
     behind.inject("load", {"fz": 30.0})
     spec = load_cell(live_cell("ur", "rtde", places["rtde"], **DEADLINES, tare="false"))
-    said = r"force \d\d\.\d N is past the limit of the cell, at most 20 N; see why, move the hand back at the pendant"
+    said = r"force [\d.]+ N is past the limit of the cell, at most 20 N; see why, move the hand back at the pendant"
     with pytest.raises(DeviceFault, match=said):
         open_cell(spec, now=time.monotonic)
     [ready] = [found for found in doctor(spec) if found.check == "arm: ready"]

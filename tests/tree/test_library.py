@@ -87,3 +87,30 @@ def test_a_wrong_call_is_told_in_the_file_that_calls(load: Any, call: str) -> No
 def test_a_library_is_right_by_itself(load: Any, tmp_path: Path) -> None:
     load("retract")
     assert load_program(tmp_path / "lib.yaml").diagnostics == []
+
+
+#: devices of the task, head of the library -> what is said and what to do
+NOT_FOUND = {
+    ("left: Arm, right: Arm", ""): (
+        "'lower' needs a device of kind Arm, and this file declares none, and the task several, none of them called 'arm'",
+        "call 'left' 'arm' in the task; a call may give another: 'lib.go: {arm: right}'",
+    ),
+    ("left: Arm", "devices: {arm: Arm}"): (
+        "needs a device 'arm' of kind Arm, and this file declares none",
+        "call 'left' 'arm' here, or leave out 'devices' in ",
+    ),
+}
+
+
+@pytest.mark.parametrize(("devices", "head"), NOT_FOUND)
+def test_a_library_whose_arm_has_another_name_says_what_to_call_it(tmp_path: Path, devices: str, head: str) -> None:
+    message, hint = NOT_FOUND[devices, head]
+    (tmp_path / "lib.yaml").write_text(
+        f"format: stretch-tree/1\n{head}\ntrees: {{go: {{sequence: [lower: {{by: 1 mm}}]}}}}\n"
+    )
+    (tmp_path / "tree.yaml").write_text(
+        f"format: stretch-tree/1\nimports: {{lib: lib.yaml}}\ndevices: {{{devices}}}\ntrees: {{main: {{sequence: [lib.go]}}}}\n"
+    )
+    [found] = load_program(tmp_path / "tree.yaml").errors
+    assert message in found.message
+    assert found.hint.startswith(hint)

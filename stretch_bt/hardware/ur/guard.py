@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from stretch_bt.hardware.past_limits import outside_limits, past_limit
 from stretch_bt.hardware.slack import SLACK, most_measured
 from stretch_bt.hardware.ur.force_filter import HandForce
 from stretch_bt.hardware.ur.messages import ControllerSettings, Six
@@ -91,16 +92,13 @@ def beyond(
         ("x", "y", "height"), place, (settings.x, settings.y, settings.height), strict=True
     ):
         if not least - SLACK <= value <= most + SLACK:
-            return (
-                f"{name} {1e3 * value:.1f} mm is past the limits of the cell, {1e3 * least:g} mm to {1e3 * most:g} mm"
-            )
+            return outside_limits(name, value, least, most)
     if contact_height is not None and contact_height - place[2] > settings.depth + SLACK:
-        depth = 1e3 * (contact_height - place[2])
-        return f"depth {depth:.1f} mm is past the limit of the cell, at most {1e3 * settings.depth:g} mm"
+        return past_limit("depth", contact_height - place[2], settings.depth, "Length")
     if (fast := _too_fast(settings, place[2], speed)) is not None:
         return fast
     if not force.average <= settings.force:
-        return f"force {force.average:.1f} N is past the limit of the cell, at most {settings.force:g} N"
+        return past_limit("force", force.average, settings.force, "Force")
     if not force.sample <= settings.sample_force:
         return f"force {force.sample:.1f} N in one sample is past {settings.sample_force:g} N, which no noise reaches"
     return None
@@ -113,4 +111,4 @@ def _too_fast(settings: ControllerSettings, height: float, speed: float) -> str 
         most, where = settings.contact_speed, f" below a height of {1e3 * below:g} mm"
     if speed <= most_measured(most):
         return None
-    return f"speed {1e3 * speed:.0f} mm/s is past the limit of the cell, at most {1e3 * most:g} mm/s{where}"
+    return past_limit("speed", speed, most, "Speed") + where
