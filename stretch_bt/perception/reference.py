@@ -47,6 +47,7 @@ class Reference:
         self._seen: npt.NDArray[np.int64] = np.zeros((0, 0), dtype=np.int64)
         self._mean: Image | None = None
         self._known: MaskArray = np.zeros((0, 0), dtype=bool)
+        self._share: FloatArray = np.zeros((0, 0))  # of one frame in the mean of a pixel
 
     @property
     def complete(self) -> bool:
@@ -60,7 +61,8 @@ class Reference:
 
     def frames_in(self, known: MaskArray | None = None) -> float:
         """Return the number of frames in the mean of a pixel, as variances average over some known pixels (h, w) or all."""
-        return 1.0 / float(np.mean(1.0 / self._seen[self._seen >= self._enough if known is None else known]))
+        self._averaged()
+        return 1.0 / float(np.mean(self._share[self._known if known is None else known]))
 
     def cover(self, kernel: float) -> float:
         """Return the share of a kernel whose pixels are known and valid in an ordinary frame, where the most are.
@@ -88,6 +90,14 @@ class Reference:
         self._seen += valid
         self.learned += 1
         self._mean = None
+
+    def _averaged(self) -> Image:
+        """Return the mean of each pixel (h, w), m, once for all frames that come until the next one is learned."""
+        if self._mean is None:
+            self._mean = (self._sum / np.maximum(self._seen, 1)).astype(np.float32)
+            self._known = self._seen >= self._enough
+            self._share = 1.0 / np.maximum(self._seen, 1)
+        return self._mean
 
     def _image(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[FloatArray, MaskArray]:
         whole: npt.NDArray[Any] = (
@@ -123,16 +133,14 @@ class Reference:
         image, valid = self._image(depth, window)
         if not self.learned:
             raise NoContact("no frame had depth so far; look whether the camera sees the membrane")
-        if self._mean is None:
-            self._mean = (self._sum / np.maximum(self._seen, 1)).astype(np.float32)
-            self._known = self._seen >= self._enough
+        mean = self._averaged()
         known = valid & self._known[window]
         if not known.any():
             raise NoContact(
                 "no pixel has depth in this frame and in the reference, so that nothing can be compared; look whether the camera still"
                 " sees the membrane"
             )
-        return np.where(known, self._mean[window] - image, 0.0).astype(np.float32), known
+        return np.where(known, mean[window] - image, 0.0).astype(np.float32), known
 
 
 def calmed(rise: Image, known: MaskArray) -> Image:

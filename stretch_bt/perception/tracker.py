@@ -10,7 +10,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import check_one_hand
-from stretch_bt.perception.clean import filled, flying_pixels, median
+from stretch_bt.perception.clean import far_pixels, flying_pixels, median, without_holes
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_pixels
 from stretch_bt.perception.noise_of_frame import noise_spectrum
@@ -100,7 +100,7 @@ class HeightTracker:
         elif self._spectrum is None:
             found = self._top(rise, known, mean, at, sd)
         else:  # no median has smoothed the heights, or taken pixels out of it that lie anywhere
-            found = self._top(raw, known & ~flying_pixels(filled(raw, known), known, 0.0), mean, at, sd)
+            found = self._top(raw, known & ~far_pixels(raw, rise, known, 0.0), mean, at, sd)
         pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
         return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 
@@ -163,7 +163,7 @@ def _spectrum(rise: Image, known: MaskArray, frames: float, later: float) -> Noi
     import cv2
 
     # The spectrum looks at whole neighbourhoods, of which dropouts here and there would leave none.
-    whole, near = filled(rise, known), cv2.dilate(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    whole, near = without_holes(rise, known), cv2.dilate(known.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     flat = Cleaned(
         whole, near, near & ~flying_pixels(whole, near, 0.0), np.empty((0, 0, 3)), np.s_[:, :], rise.shape, 1.0, 0.0, 1
     )
