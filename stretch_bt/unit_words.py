@@ -7,7 +7,6 @@ from difflib import get_close_matches
 
 __all__ = ["units_like"]
 
-#: words that people write for a unit
 _WORDS_FOR_UNITS = {
     "sec": "s",
     "msec": "ms",

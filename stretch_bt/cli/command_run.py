@@ -108,16 +108,16 @@ def _asked(given: list[str] | None) -> dict[str, str] | None:
 def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
     """Print why a run did not begin, and return the exit code; what is no bad input is a result like any other."""
     code = exit_code(error)
-    if json_ or code == EXIT_BAD_INPUT:
-        if json_:
-            emit_json(refused(error))
-        report_error(error)
-        if traceback and (broken := blame(error)) is not None:
-            typer.echo(broken["traceback"], err=True)
-        return code
-    from rich.console import Console
+    if json_:
+        emit_json(refused(error))
+    elif code != EXIT_BAD_INPUT:
+        from rich.console import Console
 
-    show(_unbegun(error), Console(), traceback)
+        show(_unbegun(error), Console(), traceback)
+        return code
+    report_error(error)
+    if traceback and (broken := blame(error)) is not None:
+        typer.echo(broken["traceback"], err=True)
     return code
 
 

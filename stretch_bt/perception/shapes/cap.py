@@ -83,8 +83,8 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     Raises
     ------
     IllConditioned
-        The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it as
-        well, or nothing round does; or it may be an ellipsoid, a lying cylinder or a face. One that is a little uneven has a wider deviation.
+        The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it clearly
+        better, or nothing round does; or it may be an ellipsoid, a lying cylinder or a face. One that is a little uneven has a wider deviation.
     """
     check_kind("contact", contact, Contact, MADE)
     explained = _explain(_compiled(contact))

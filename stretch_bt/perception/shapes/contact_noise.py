@@ -49,16 +49,16 @@ class NoiseParts:
     @property
     def area(self) -> float:
         """Number of pixels over which noise is alike."""
-        smooth = sum(max(4.0 * math.pi * s**2, 1.0) * v for v, s in self.smooth)
+        smooth = sum(max(_alike(s), 1.0) * v for v, s in self.smooth)
         return (self.white + smooth) / self.variance if self.variance > 0.0 else 1.0
 
     def seen_by(self, cells: Cells) -> NoiseParts:
         """Return the noise with parts that hardly reach from cell to cell, or are hardly there, as if they were white."""
         near = NEAR * math.sqrt(float(np.median(cells.count)))
-        white = self.white + sum(4.0 * math.pi * s**2 * v for v, s in self.smooth if s <= near)
+        white = self.white + sum(_alike(s) * v for v, s in self.smooth if s <= near)
         far = tuple((v, s) for v, s in self.smooth if s > near)
-        if sum(4.0 * math.pi * s**2 * v for v, s in far) < UNSEEN * white:
-            return NoiseParts(white + sum(4.0 * math.pi * s**2 * v for v, s in far))
+        if sum(_alike(s) * v for v, s in far) < UNSEEN * white:
+            return NoiseParts(white + sum(_alike(s) * v for v, s in far))
         return NoiseParts(white, far)
 
     def shared(self, cells: Cells) -> Array:
@@ -75,6 +75,11 @@ class NoiseParts:
         """Return the variance (n,) that each cell has by itself, in its unit, and at least of `share` of a pixel's error."""
         least = share**2 * self.variance if self.smooth else 0.0
         return np.asarray(np.maximum(self.white / cells.count, least) * (cells.relative_noise / cells.size) ** 2)
+
+
+def _alike(length: float) -> float:
+    """Return the number of pixels over which white noise is alike after a Gaussian of a length, pixels."""
+    return 4.0 * math.pi * length**2
 
 
 def whitener(own: Array, shared: Array | None = None) -> Whiten:

@@ -53,19 +53,19 @@ def search(contact: Contact) -> Search | None:
     """
     window = window_of(contact.surface)
     cells, rough = _rough(contact, window)
-    if rough and (small := _best(rough)).rim < SMALL:
+    if rough and (small := _best(rough).surface).rim < SMALL:
         window = _narrowed(window, small)
         cells, rough = _rough(contact, window)
     found = _found(contact, window, cells, rough) if rough else None
-    if found and (small := _best(found.fits)).rim < SMALL:
+    if found and (small := _best(found.fits).surface).rim < SMALL:
         window = _narrowed(window, small)
         cells, rough = _rough(contact, window)
         found = _found(contact, window, cells, rough) if rough else None
     return found
 
 
-def _best(fits: list[BodyFit]) -> PressedSurface:
-    return max(fits, key=lambda f: f.evidence).surface
+def _best(fits: list[BodyFit]) -> BodyFit:
+    return max(fits, key=lambda f: f.evidence)
 
 
 def _narrowed(window: Window, small: PressedSurface) -> Window:
@@ -73,7 +73,7 @@ def _narrowed(window: Window, small: PressedSurface) -> Window:
 
 
 def _found(contact: Contact, window: Window, cells: Cells, rough: list[BodyFit]) -> Search:
-    points, left = _residuals(contact, _best(rough), window, cells)
+    points, left = _residuals(contact, _best(rough).surface, window, cells)
     floor = (1e-6 * window.size) ** 2
     noise = noise_left(left, floor)
     relative = relative_noise(left, noise.area)
@@ -138,7 +138,7 @@ def _rough(contact: Contact, window: Window) -> tuple[Cells, list[BodyFit]]:
     fits = fit_bodies(begun, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE)
     if not fits:
         return cells, fits
-    errors = np.abs(whiten(max(fits, key=lambda f: f.evidence).residuals))
+    errors = np.abs(whiten(_best(fits).residuals))
     return cells.some(errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))), fits
 
 
