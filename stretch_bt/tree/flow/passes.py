@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value
+from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
 from stretch_bt.tree.series import EstimateList, errors_of
+from stretch_bt.tree.values import written
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -42,7 +43,7 @@ class Passes:
             found.index = name
             found.marks[name] = index.mark
         keys = fields.get("keys")
-        found.own = {key.text: _as_written(value) for key, value in keys} if isinstance(keys, Map) else {}
+        found.own = {key.text: written(value) for key, value in keys} if isinstance(keys, Map) else {}
         found.fresh = frozenset(n for n in found.own if (d := reader.signature.keys.get(n)) and not d.has_default)
         if (collect := fields.get("collect")) is not None:
             found._read_collect(reader, collect, do, item)
@@ -54,24 +55,24 @@ class Passes:
                 collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'"
             )
             return
-        written = {key for key, _, _ in do.writes()} if do is not None else set()
-        written |= {item} if item is not None else set()
+        wrote = {key for key, _, _ in do.writes()} if do is not None else set()
+        wrote |= {item} if item is not None else set()
         for key, value in collect:
             target = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "collect")
             source = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
             if target is None or do is None:
                 continue
             self.marks[target] = key.mark
-            if source in written:
+            if source in wrote:
                 self.collect[target] = source
             else:
                 self.refused.add(target)
-                self.doubted |= written
-                if target in written and source.isidentifier():  # the two were swapped
+                self.doubted |= wrote
+                if target in wrote and source.isidentifier():  # the two were swapped
                     self.refused.add(source)
                     self.marks.setdefault(source, key.mark)
                 message = f"no pass of this loop writes {source or 'this'!r}"
-                reader.error(value.mark, "collect", message, _meant(target, source, written))
+                reader.error(value.mark, "collect", message, _meant(target, source, wrote))
 
     def begun(self, data: DataFlow, known: Known) -> Known:
         """Return the keys that are written once the loop has begun; the keys that it collects count as read."""
@@ -103,25 +104,16 @@ class Passes:
         return PassKeys(path, builder.cell(self.index) if self.index else None, pairs, own)
 
 
-def _as_written(value: Value) -> str:
-    """Return a declaration on one line."""
-    if isinstance(value, Map):
-        return f"{{{', '.join(f'{key.text}: {_as_written(inner)}' for key, inner in value)}}}"
-    if isinstance(value, Seq):
-        return f"[{', '.join(map(_as_written, value.items))}]"
-    return value.text
-
-
-def _meant(target: str, source: str, written: set[str]) -> str:
+def _meant(target: str, source: str, wrote: set[str]) -> str:
     """Return what to write in place of a key that no pass writes."""
     of = source.removesuffix("_sd")
-    if of != source and of in written:
+    if of != source and of in wrote:
         return f"collect ${of}: its list has the errors, and its mean and median take them"
-    if target in written:
+    if target in wrote:
         return f"the list stands first: '{source or 'list'}: ${target}'"
-    if not written:
+    if not wrote:
         return "write a key in 'do'"
-    return f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}"
+    return f"write one of {', '.join(f'${name}' for name in sorted(wrote)[:5])}"
 
 
 class PassKeys:
