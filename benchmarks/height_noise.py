@@ -263,9 +263,14 @@ def _of_sheet(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surfac
 
 
 def _in_closed_form(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
-    """Return a cap, a small ball or a disc in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
+    """Return a body of revolution in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
     if kind == "tip":
         profile = _tip(float(np.exp(rng.uniform(*np.log(TIPS)))), float(rng.uniform(3.5e-3, 8e-3)))
+    elif kind == "light":
+        radius = float(rng.uniform(4e-3, 16e-3))
+        profile = analytic.sphere_press(radius, float(np.arcsin(rng.uniform(1.4e-3, 2.8e-3) / radius)))
+    elif kind == "cone":
+        profile = analytic.cone_press(float(np.exp(rng.uniform(*np.log((0.18, 1.0))))), float(rng.uniform(3e-3, 9e-3)))
     elif kind == "sphere":
         profile = analytic.sphere_press(float(rng.uniform(8e-3, 30e-3)), float(rng.uniform(0.2, 0.65)))
     else:
@@ -290,7 +295,7 @@ def _free(kind: str, rng: np.random.Generator, camera: Intrinsics) -> Surface:
 
 OTHERS: dict[str, Callable[[str, np.random.Generator, Intrinsics], Surface]] = {
     **dict.fromkeys(("sheet sphere", "sheet cylinder", "sheet box"), _of_sheet),
-    **dict.fromkeys(("analytic sphere", "analytic disc", "analytic tip"), _in_closed_form),
+    **dict.fromkeys(tuple(f"analytic {kind}" for kind in ("sphere", "disc", "tip", "light", "cone")), _in_closed_form),
     "free": _free,
 }
 

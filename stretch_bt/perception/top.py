@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.pointed import tip_above
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of
 from stretch_bt.units import Estimate
 
@@ -171,9 +172,14 @@ class Top:
 
     @property
     def sag(self) -> Estimate:
-        """How far it falls, m, as far out as makes the mean of a disc half of that lower than its top."""
+        """How far it falls, m, to the rim of a disc; the mean over that is half of this lower than the top."""
         row = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 1.0])
-        return Estimate(float(row @ self.q) / 2.0, math.hypot(self._sd_along(row) / 2.0, self.misfit))
+        return Estimate(self.fall, math.hypot(self._sd_along(row) / 2.0, self.misfit))
+
+    @property
+    def fall(self) -> float:
+        """How far it falls, m, from the middle of a disc to its rim."""
+        return float(self.q[3] + self.q[5]) / 2.0
 
     @property
     def is_convex(self) -> bool:
@@ -201,6 +207,8 @@ class Top:
 
     def _offset(self, most: float) -> Array:
         """Return the vertex from the middle in units of `size`, at most `most` metres away."""
+        if most == 0.0:
+            return np.zeros(2)
         kx, kxy, ky = self.q[3:]
         step: Array = np.linalg.solve([[kx, kxy], [kxy, ky]], self.q[1:3])
         return step * min(1.0, most / self.size / max(float(np.linalg.norm(step)), 1e-300))
@@ -217,3 +225,7 @@ class Top:
         kx, kxy, ky = self.q[3:]
         raised = 0.5 * float(np.trace(np.linalg.solve([[kx, kxy], [kxy, ky]], self.covariance[1:3, 1:3])))
         return Estimate(float(row @ self.q) - min(max(raised, 0.0), sd), math.hypot(sd, self.misfit))
+
+    def tip(self, most: float) -> Estimate:
+        """Return how far a tip stands above the vertex, m; below 0 where the top is flatter than a quadratic."""
+        return tip_above(self._design, self.q, self._left, self.sd, self._offset(most), self._points)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception.perhaps import perhaps_above
+from stretch_bt.perception.pointed import TIPS, likely_tip, tip_odds
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.steps import shared_step
 from stretch_bt.perception.top import Points, Top, disc_of, settled
@@ -21,7 +23,7 @@ RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim 
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
-SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
+SAG = 0.3  # of the depth; standard deviation of how far a round top falls within RIM, of a contact into which noise lets some skirt
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 LEAST_POINTS = 12
 
@@ -42,7 +44,9 @@ def top_by_discs(points: Points, known: Estimate | None = None, by_half: float =
     middle, away, radius = disc_of(cloud)
     reach = RIM * radius
     near = _disc(points, away, reach)
-    top = Top(near, middle, even=False).bent(known)
+    free = Top(near, middle, even=False)
+    top = free.bent(known)
+    odds = TIPS if top is free else 0.0  # a top of known curvature is no tip
     if not top.is_curved:
         top, reach = _of_highest(points, top, reach, known)
     if top.is_curved:
@@ -50,12 +54,20 @@ def top_by_discs(points: Points, known: Estimate | None = None, by_half: float =
         middle = top.vertex(radius)
         before, near, shown = near, _disc(points, _away(cloud, middle), within), True
         if not np.array_equal(before.places, near.places):
+            odds = tip_odds(top.tip(radius), top.fall, odds)
             top, shown = _finer(top, near, middle, known)
-        found = top.estimate(radius)
-        unlike = by_half * _unlike_half(found, near, middle, radius, known)
+        found = _vertex(top, radius, odds)
+        unlike = by_half * _unlike_half(found, near, middle, radius, known, odds)
         return DiscTop(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
     top, flat = Top(near, middle, even=True), _flat(near)
     return DiscTop(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+
+
+def _vertex(top: Top, radius: float, odds: float) -> Estimate:
+    """Return the height of a curved top, m, by the odds, before this disc is seen, that it is a tip rather than round."""
+    vertex, tip = top.estimate(radius), top.tip(radius)
+    above = likely_tip(tip, top.fall, tip_odds(tip, top.fall, odds))
+    return Estimate(vertex.value + above.value, math.hypot(vertex.sd, above.sd))
 
 
 def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tuple[Top, bool]:
@@ -67,7 +79,9 @@ def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tu
     return (bent if bent.is_convex else wide), False
 
 
-def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
+def _unlike_half(
+    found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None, odds: float
+) -> float:
     """Return the difference, m, of the heights from a disc and from its inner half, beyond what noise explains (Hausman, 1978).
 
     Then the disc holds skirt, which no quadratic follows.
@@ -79,7 +93,7 @@ def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, kn
     half = Top(near.at(inner), middle, even=False).bent(known)
     if not half.is_curved:
         return 0.0
-    other = half.estimate(radius)
+    other = _vertex(half, radius, odds)
     by_chance = max(other.sd**2 - found.sd**2, 0.0)
     return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
 
@@ -105,34 +119,14 @@ def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) 
 def _faint(top: Top, flat: Estimate) -> Estimate:
     """Return the height of a top that is flat, or nearly so.
 
-    Taken for flat, a faint cap comes out too low by half its sag. Before it is seen, a top is flat or round, one as likely as
-    the other, and a round one falls within the disc by a half-normal share of its depth.
+    Taken for flat, a faint cap comes out too low by half its sag, and a faint cone by more. Before it is seen, a top is flat or round, one
+    as likely as the other, and a round one falls within the disc by a half-normal share of its depth.
     """
     sag, spread = top.sag, SAG * abs(flat.value)
-    likely = _sag(sag, max(spread, 1e-9))
-    return Estimate(flat.value + 0.5 * likely.value, math.hypot(flat.sd, 0.5 * likely.sd))
-
-
-def _sag(seen: Estimate, spread: float) -> Estimate:
-    """Return the sag, m, that is 0 or, as likely, half-normal with a `spread`, m, once it is seen with an error."""
-    seen = Estimate(seen.value, max(seen.sd, 1e-12))
-    total = seen.sd**2 + spread**2
-    middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
-    t = middle / sd
-    if t < -30.0:  # so surely none that the tail is less than any number
-        return Estimate(0.0, 0.0)
-    above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
-    hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
-    odds = (
-        2.0
-        * above
-        * seen.sd
-        / math.sqrt(total)
-        * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
-    )
-    share = odds / (1.0 + odds)
-    mean, variance = middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0)
-    return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))
+    likely = perhaps_above(sag, max(spread, 1e-9))
+    seen = top.tip(0.0)
+    tip = likely_tip(seen, likely.value, tip_odds(seen, likely.value, TIPS))
+    return Estimate(flat.value + 0.5 * likely.value + tip.value, math.hypot(flat.sd, 0.5 * likely.sd, tip.sd))
 
 
 def _away(cloud: Array, middle: Array) -> Array:

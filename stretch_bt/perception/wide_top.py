@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +17,14 @@ __all__ = ["by_wide_discs"]
 Array = npt.NDArray[np.float64]
 
 RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # radius of the disc over the contact's
-# The vertex over such a disc lies below the top by this share of the depth, and by this standard deviation of it, over presses of
-# spheres, caps, discs and blocks without noise (`python -m benchmarks.height_noise --bend`): the skirt within it is no quadratic.
-BELOW = (-0.004, -0.017, 0.010, 0.050, 0.110)
-OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
-# Share of the sag within a disc by which its vertex lies below a tip, and the standard deviation of that, where the sag over the radius is the
-# second of STEEP and more; below the first, the top is round (balls of R 0.5 to 6 mm, `python -m benchmarks.height_noise --shape "analytic tip"`)
-TIP, STEEP = (0.25, 0.1, 0.0, 0.0, 0.0), (0.15, 0.3)
+# The skirt within such a disc makes its quadratic's vertex lie below the top, by a share of the height that goes with how pointed the disc
+# is: `Top.tip` over the disc's fall. By presses without noise of balls, caps, discs, blocks, tips, cones and light ones, in discs about what
+# noise makes a contact (`python benchmarks/height_bend.py`): how pointed these are, its standard deviation; the share for 1, for
+# how pointed it is and for its square; the standard deviation of the share.
+POINTED, SPREAD = (-0.20, 0.10, 0.33, 0.48, 0.58), (0.57, 0.40, 0.28, 0.21, 0.16)
+BELOW = ((-0.005, -0.020, -0.052, -0.090, -0.100), (0.18, 0.23, 0.25, 0.27, 0.28), (0.18, 0.21, 0.33, 0.43, 0.44))
+OFF = (0.025, 0.040, 0.051, 0.064, 0.085)
+MOST_POINTED = 1.0  # either way
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
 # Standard deviations by which a disc's vertex may lie below the contact's own: beyond, the top is sharper than such a disc can show.
 SHARP = 2.5
@@ -39,26 +41,32 @@ LEAST_POINTS = 30
 ROUGHLY = 1500  # points that show about where a top has its vertex
 
 
+class WideTop(NamedTuple):
+    """The height by a wide disc, m, and its standard deviation, m, if the disc were known to be as pointed as it looks."""
+
+    height: Estimate
+    usual_sd: float
+
+
 def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     """Return the surest height of a contact's top, m, by the contact alone or by a wider disc."""
     assert contact.noise is not None
     faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
-    chosen = faint or _pixels(contact) >= PATCHES * contact.noise.shared_area
-    if not chosen:
+    chosen = not faint and _pixels(contact) < PATCHES * contact.noise.shared_area
+    if chosen:
         top = Estimate(top.value, math.hypot(top.sd, CHOSEN * contact.noise.shared_sd))
     enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
-    best, tip = _surest(top if enough else None, top, contact, around)
+    best = _surest(top if enough else None, top, contact, around)
     if best is None:
         return top
     apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
-    return Estimate(best.value + tip, math.hypot(SURER * best.sd, apart, tip))
+    return Estimate(best.value, math.hypot(SURER * best.sd, apart))
 
 
-def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Points) -> tuple[Estimate | None, float]:
-    """Return the surest of a height, m, and the heights by wider discs, None where there is none, and how far a tip may stand above it, m."""
-    tip = 0.0
+def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Points) -> Estimate | None:
+    """Return the surest of a height, m, and the heights by wider discs, None where there is none."""
     start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
@@ -71,11 +79,11 @@ def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Poi
             found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
             continue
-        if found is None or found[0].value < alone.value - SHARP * math.hypot(found[0].sd, alone.sd):
+        if found is None or found.height.value < alone.value - SHARP * math.hypot(found.usual_sd, alone.sd):
             continue
-        if best is None or found[0].sd < best.sd:
-            best, tip = found
-    return best, tip
+        if best is None or found.height.sd < best.sd:
+            best = found.height
+    return best
 
 
 def _pixels(contact: Points) -> int:
@@ -83,11 +91,8 @@ def _pixels(contact: Points) -> int:
     return len(contact) * contact.every**2
 
 
-def _of_disc(around: Points, middle: Array, radius: float, share: float) -> tuple[Estimate, float] | None:
-    """Return the height by the disc of a radius, m, which is such a share of the contact's, and how far a tip may stand above it, m.
-
-    None where it shows no top.
-    """
+def _of_disc(around: Points, middle: Array, radius: float, share: float) -> WideTop | None:
+    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
     for most in (ROUGHLY, around.places.size):
         x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
         near = np.flatnonzero(x * x + y * y <= radius * radius)
@@ -97,9 +102,18 @@ def _of_disc(around: Points, middle: Array, radius: float, share: float) -> tupl
         if not top.is_convex:
             return None
         middle = top.vertex(0.5 * radius)
-    seen = top.estimate(0.5 * radius)
-    below, off = float(np.interp(share, RADII, BELOW)), float(np.interp(share, RADII, OFF))
-    height = seen.value / (1.0 - below)
-    sag = 0.5 * top.curvature * radius**2
-    tip = float(np.interp(share, RADII, TIP)) * sag * float(np.interp(sag / radius, STEEP, (0.0, 1.0)))
-    return Estimate(height, math.hypot(seen.sd, off * height)), tip
+    vertex, below = top.estimate(0.5 * radius), _below(top.tip(0.5 * radius), top.sag, share)
+    height = vertex.value / (1.0 - below.value)
+    off = float(np.interp(share, RADII, OFF))
+    return WideTop(Estimate(height, math.hypot(vertex.sd, below.sd * height)), math.hypot(vertex.sd, off * height))
+
+
+def _below(tip: Estimate, fall: Estimate, share: float) -> Estimate:
+    """Return the share of the height by which the vertex over a disc lies below the top, by the disc's tip, m, and its fall, m."""
+    usual, spread, off, *law = (float(np.interp(share, RADII, row)) for row in (POINTED, SPREAD, OFF, *BELOW))
+    seen = min(max(tip.value / fall.value, -MOST_POINTED), MOST_POINTED)
+    weight = spread**2 / (spread**2 + (math.hypot(tip.sd, seen * fall.sd) / fall.value) ** 2)
+    pointed = usual + weight * (seen - usual)
+    slope = law[1] + 2.0 * law[2] * pointed
+    share_sd = slope * spread * math.sqrt(max(1.0 - weight, 0.0))
+    return Estimate(law[0] + law[1] * pointed + law[2] * pointed**2, math.hypot(share_sd, off))

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from height_noise import alike
-from hypothesis import given
-from hypothesis import strategies as st
+from height_noise import NOISES, alike, height, seen, surface_of
 
+from stretch_bt.errors import NoContact
 from stretch_bt.perception.height import top_of_points
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.top import Points, Top
-from stretch_bt.perception.top_disc import _sag
-from stretch_bt.units import Estimate
 
 SIDE, PITCH, SD, LENGTH = 300, 0.25e-3, 0.3e-3, 3.0
 
@@ -51,13 +48,6 @@ def test_a_bowl_is_not_taken_for_a_cap(noise):
     assert abs(height.value - mean) < 2e-4
 
 
-@given(st.floats(-2e-3, 2e-3), st.floats(1e-7, 1e-3), st.floats(1e-6, 5e-3))
-def test_a_sag_is_never_below_none(seen, sd, spread):
-    sag = _sag(Estimate(seen, sd), spread)
-    assert sag.value >= 0.0
-    assert 0.0 <= sag.sd <= 2.0 * (spread + sd)
-
-
 def small_ball(radius, touched, seed):
     """Return points of a ball, and of the skirt from `touched` on, its top at 0, in white noise of 0.2 mm."""
     v, u = np.mgrid[-10:11, -10:11] * 0.4e-3
@@ -74,3 +64,19 @@ def test_a_small_ball_stays_round_in_a_disc_too_small_to_show_it(radius, touched
     """It was taken for a flat top there, 0.10 to 0.15 mm too low at a stated 0.03 to 0.05."""
     tops = [top_of_points(small_ball(radius, touched, seed)) for seed in range(40)]
     assert 0.6 < np.sqrt(np.mean([(top.value / top.sd) ** 2 for top in tops])) < 1.5
+
+
+@pytest.mark.parametrize("noise", ["white 0.3", "SR305", "shared 0.3, 2 px"])
+@pytest.mark.parametrize("shape", ["analytic cone", "analytic light"])
+def test_a_cone_and_a_light_press_are_off_by_what_is_stated(shape, noise):
+    """Cones came out 0.15 to 0.4 mm too low at a stated 0.06 to 0.13, balls that hardly touch 0.2 to 0.5 mm at 0.16 under smooth noise."""
+    ratios = []
+    for number in range(36):
+        surface = surface_of(shape, number % 12)
+        try:
+            found = height(seen(surface, NOISES[noise], np.random.default_rng((number, 9))))
+        except NoContact:
+            continue
+        ratios.append((found.value - surface.top) / found.sd)
+    assert len(ratios) >= 30
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 2.0

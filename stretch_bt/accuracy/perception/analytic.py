@@ -14,6 +14,7 @@ __all__ = [
     "PLANE_DISTANCE",
     "camera",
     "cap",
+    "cone_press",
     "curvature_bound",
     "disc_press",
     "distance_from_axis",
@@ -53,6 +54,13 @@ def disc_press(radius: float, depth: float) -> Profile:
     """Return height over distance from the axis: a flat disc at `depth`, m, then a logarithmic skirt."""
     drop = depth / np.log(OUTER / radius)
     return lambda r: np.where(r < radius, depth, np.maximum(depth - drop * np.log(np.maximum(r, 1e-9) / radius), 0.0))
+
+
+def cone_press(slope: float, edge: float) -> Profile:
+    """Return height over distance from the axis: a cone up to `edge`, m, then a logarithmic skirt of equal slope."""
+    drop = slope * edge
+    top = drop * (1.0 + np.log(OUTER / edge))
+    return lambda r: np.where(r < edge, top - slope * r, np.maximum(drop * np.log(OUTER / np.maximum(r, 1e-9)), 0.0))
 
 
 def render(profile: Profile, intrinsics: Intrinsics, x0: float = 0.0, y0: float = 0.0) -> Array:

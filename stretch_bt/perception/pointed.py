@@ -1,0 +1,65 @@
+"""Whether a top is round or a tip, and how far a tip stands above the vertex of the quadratic through it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.perhaps import mixed, odds_about
+from stretch_bt.perception.robust import TUKEY
+from stretch_bt.units import Estimate
+
+if TYPE_CHECKING:
+    from stretch_bt.perception.top import Points
+
+__all__ = ["TIPS", "likely_tip", "tip_above", "tip_odds"]
+
+Array = npt.NDArray[np.float64]
+
+# height of a tip above the vertex of the quadratic through it, as a share of how far that falls within its disc, and its standard deviation: 0.33
+# of a cone, less of a blunt one, more where the disc holds skirt
+SHARPNESS, SHARPNESS_SD = 0.25, 0.15
+TIPS = 0.25  # how many tips are pressed for each round top
+LEAST_FALL = 1e-9  # m
+
+
+def tip_above(design: Array, q: Array, left: Array, sd: float, vertex: Array, points: Points) -> Estimate:
+    """Return the height, m, of a tip above a quadratic's vertex, by its residuals `left` (n,), m; below 0 for a face.
+
+    `design` (6, n), or (4, n) with one curvature for all directions, and `q` (6,) are the quadratic's, `sd` the standard deviation of one
+    residual, m, `vertex` (2,) the place of the vertex in the units of `design`. A tip is a cone with the quadratic's ellipses.
+    """
+    kx, kxy, ky = q[3:]
+    x, y = design[1] - vertex[0], design[2] - vertex[1]
+    cone = np.sqrt(np.maximum(kx * x * x + 2.0 * kxy * x * y + ky * y * y, 0.0))
+    along = np.linalg.solve(design @ design.T, design @ cone)
+    beside = cone - along @ design
+    power = float(beside @ beside)
+    if power <= 0.0:
+        return Estimate(0.0, 0.0)  # of a surface that is not convex
+    slope = float(beside @ np.clip(left, -TUKEY * sd, TUKEY * sd)) / power
+    slope_sd = math.sqrt(sd * sd / power + float(points.shared(beside[None])[0, 0]) / power**2)
+    u, v = vertex
+    bent = [-0.5 * (u * u + v * v)] if len(design) == 4 else [-0.5 * u * u, -u * v, -0.5 * v * v]
+    above = float(along @ np.array([1.0, u, v, *bent]))  # m, of a cone that falls by one
+    return Estimate(-slope * above, slope_sd * above)
+
+
+def tip_odds(tip: Estimate, fall: float, before: float) -> float:
+    """Return how many times likelier a top is a tip than round, by the tip, m, that a disc shows, the disc's fall, m, and the odds before."""
+    return before * odds_about(tip, _usual(fall))
+
+
+def likely_tip(tip: Estimate, fall: float, odds: float) -> Estimate:
+    """Return how far a tip stands above the vertex, m, where a top is a tip rather than round by some odds; `tip`, `fall` as in `tip_odds`."""
+    usual, sd = _usual(fall), max(tip.sd, LEAST_FALL)
+    total = sd**2 + usual.sd**2
+    return mixed(odds, (tip.value * usual.sd**2 + usual.value * sd**2) / total, sd**2 * usual.sd**2 / total)
+
+
+def _usual(fall: float) -> Estimate:
+    fall = max(fall, LEAST_FALL)
+    return Estimate(SHARPNESS * fall, SHARPNESS_SD * fall)

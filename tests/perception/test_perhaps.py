@@ -1,0 +1,49 @@
+"""Quantities that are 0 or come from a known distribution."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.perception.perhaps import mixed, odds_about, perhaps_above
+from stretch_bt.units import Estimate
+
+VALUES = st.floats(-2e-3, 2e-3), st.floats(1e-7, 1e-3), st.floats(1e-6, 5e-3)
+
+
+@given(*VALUES)
+def test_what_is_never_below_0_comes_out_so(seen, sd, spread):
+    found = perhaps_above(Estimate(seen, sd), spread)
+    assert found.value >= 0.0
+    assert 0.0 <= found.sd <= 2.0 * (spread + sd)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5])
+@pytest.mark.parametrize("sd", [0.03, 0.3, 3.0])
+def test_what_is_drawn_so_is_found_with_its_error(sd, share):
+    draws = np.random.default_rng(3)
+    there, noise, about = draws.random(4000) < share, draws.normal(0, sd, 4000), Estimate(1.0, 0.4)
+    errors = []
+    for value, off in zip(np.where(there, draws.normal(about.value, about.sd, 4000), 0.0), noise, strict=True):
+        odds = share / (1.0 - share) * odds_about(Estimate(value + off, sd), about)
+        total = sd**2 + about.sd**2
+        mean = ((value + off) * about.sd**2 + about.value * sd**2) / total
+        found = mixed(odds, mean, sd**2 * about.sd**2 / total)
+        errors.append((found.value - value, found.sd))
+    _as_stated(errors)
+
+
+@pytest.mark.parametrize("sd", [0.03, 0.3, 3.0])
+def test_what_is_0_or_above_is_found_with_its_error(sd):
+    draws = np.random.default_rng(3)
+    values = np.where(draws.random(4000) < 0.5, np.abs(draws.normal(0, 1, 4000)), 0.0)
+    found = [
+        perhaps_above(Estimate(value + off, sd), 1.0)
+        for value, off in zip(values, draws.normal(0, sd, 4000), strict=True)
+    ]
+    _as_stated([(estimate.value - value, estimate.sd) for estimate, value in zip(found, values, strict=True)])
+
+
+def _as_stated(errors):
+    off, stated = np.array(errors).T
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(np.sqrt(np.mean(stated**2)), rel=0.05)
