@@ -12,6 +12,7 @@ import numpy.typing as npt
 from stretch_bt.arguments import check_estimates
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact, shown
 from stretch_bt.perception.clean import without_flying
+from stretch_bt.perception.edge_of_view import check_top_in_view
 from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.leaning_face import face_of
@@ -79,7 +80,7 @@ def track_height(
     NoContact
         No valid pixel is in contact.
     IllConditioned
-        Too few pixels for a height with its error, or the height is one that no membrane reaches.
+        Too few pixels for a height with its error, the top may lie outside of the view, or the height is one that no membrane reaches.
     """
     check_points(points, valid)
     check_labels(labels, points)
@@ -105,7 +106,11 @@ def track_height(
             refusals.append(refusal)
     if not tops:
         raise refusals[0]
-    return within_reach(_highest(points, valid, labels == CONTACT, noise, others, curvature, tops), reach)
+    touching = labels == CONTACT
+    top = _highest(points, valid, touching, noise, others, curvature, tops)
+    if noise is not None:
+        check_top_in_view(points, valid, touching, noise, top)
+    return within_reach(top, reach)
 
 
 def check_curvature(curvature: Estimate) -> None:

@@ -14,7 +14,7 @@ from stretch_bt.perception.top import Places
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["HighMeans", "HighPart"]
+__all__ = ["WIDE", "HighMeans", "HighPart", "clearly_above", "means_of"]
 
 WIDE = 9  # pixels along a side, of the means that are compared
 MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
@@ -55,16 +55,11 @@ class HighMeans:
     @classmethod
     def of(cls, points: FloatArray, valid: MaskArray, touching: MaskArray) -> Self:
         """Take the means of all pixels in contact (h, w)."""
-        import cv2
-
         box = _box(touching)
         touching = touching[box]
         seen = valid[box] & np.isfinite(points[box][..., 2])
-        z = np.where(seen, points[box][..., 2], 0.0).astype(np.float32)
-        share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
-        middle = np.where(seen, cv2.medianBlur(z, MEDIAN), np.float32(0))
-        mean = cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5)
-        mean[~touching | (share < 0.9)] = -np.inf
+        mean = means_of(points[box][..., 2], seen)
+        mean[~touching] = -np.inf
         return cls(mean, int(np.count_nonzero(touching)), (box[0].start, box[1].start), valid.shape[1])
 
     def above(self, noise: NoiseSpectrum, top: Estimate) -> HighPart | None:
@@ -76,8 +71,7 @@ class HighMeans:
 
         off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
         highest = float(self.mean.max())
-        means = self.count / max(noise.area, WIDE**2)
-        above = max(LEAST_ABOVE, BEYOND + math.sqrt(2.0 * math.log(1.0 + means)))
+        above = clearly_above(self.count, noise)
         if not highest > top.value + above * math.hypot(top.sd, off):
             return None
         _, parts = cv2.connectedComponents((self.mean > highest - max(above * off, FALL * abs(highest))).view(np.uint8))
@@ -87,6 +81,22 @@ class HighMeans:
         found: npt.NDArray[np.intp] = (rows + self.corner[0]) * self.wide + columns + self.corner[1]
         enough = rows.size >= PATCHES * noise.area
         return HighPart(found, Estimate(highest, math.hypot(off, BENT * highest)), enough)
+
+
+def means_of(z: FloatArray, seen: MaskArray) -> npt.NDArray[np.float32]:
+    """Return the means (h, w), m, of squares about each pixel, but for single wild ones; -infinity where less than nine tenths of it are seen."""
+    import cv2
+
+    share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
+    middle = np.where(seen, cv2.medianBlur(np.where(seen, z, 0.0).astype(np.float32), MEDIAN), np.float32(0))
+    mean = np.asarray(cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5), dtype=np.float32)
+    mean[share < 0.9] = -np.inf
+    return mean
+
+
+def clearly_above(pixels: int, noise: NoiseSpectrum) -> float:
+    """Return by how many standard deviations the highest of the means of so many pixels stands above what is as high as all of them."""
+    return max(LEAST_ABOVE, BEYOND + math.sqrt(2.0 * math.log(1.0 + pixels / max(noise.area, WIDE**2))))
 
 
 def _box(touching: MaskArray) -> tuple[slice, slice]:
