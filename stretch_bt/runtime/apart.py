@@ -19,7 +19,7 @@ from stretch_bt.hardware.own_modules import brought_for, installed_module
 from stretch_bt.tree import registry
 from stretch_bt.tree.node_info import NodeInfo
 
-__all__ = ["apart"]
+__all__ = ["apart", "brought"]
 
 
 @contextmanager
@@ -29,16 +29,20 @@ def apart() -> Iterator[None]:
     Whoever names one of these modules next gets it as it was, unless its file has changed: executed again it would register
     its classes a second time wherever it does. At the end those that were hidden are there again, for what still runs with them.
     """
-    modules = {name: sys.modules[name] for name in brought_for("nodes") & sys.modules.keys()}
+    modules = {name: sys.modules[name] for name in brought()}
     nodes = _set_aside(modules)
-    hidden = modules.keys() - sys.modules.keys()
     before = set(sys.modules)
     try:
         yield
     finally:
         _set_aside(sys.modules.keys() - before)
-        sys.modules.update({name: modules[name] for name in hidden})
+        sys.modules.update(modules)
         registry.take_again(nodes)
+
+
+def brought() -> list[str]:
+    """Return the names of the own modules, now in the process, that trees brought."""
+    return _own(brought_for("nodes") & sys.modules.keys())
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +60,17 @@ _aside: dict[str, _Aside] = {}
 
 def _set_aside(names: Iterable[str]) -> list[NodeInfo]:
     """Take own modules, and their nodes, out of the process, and return the nodes; installed ones stay."""
-    is_installed = cache(_is_installed)
-    own = [name for name in names if not is_installed(name.partition(".")[0])]
+    own = _own(names)
     nodes = [info for info in registry.known().values() if info.cls.__module__ in own]
     for name in own:
         _take_out(name, tuple(info for info in nodes if info.cls.__module__ == name))
     registry.forget(info.name for info in nodes)
     return nodes
+
+
+def _own(names: Iterable[str]) -> list[str]:
+    is_installed = cache(_is_installed)
+    return [name for name in names if not is_installed(name.partition(".")[0])]
 
 
 def _take_out(name: str, nodes: tuple[NodeInfo, ...]) -> None:
