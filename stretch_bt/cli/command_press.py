@@ -29,20 +29,13 @@ def command(
     at: Annotated[str, typer.Option(help="Place of the indenter, as in 5mm,0mm.")] = "0mm,0mm",
     tilt: Annotated[str, typer.Option(help="Turns of the indenter about x and y, as in 5deg,0deg.")] = "0deg,0deg",
     effects: Annotated[str, typer.Option(help="Names of effects with commas, as in wrinkling,sag.")] = "",
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw the pressed sheet into this picture, as in press.png.")
-    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the pressed sheet as this picture, as in press.png.")] = None,
     json_: AsJson = False,
 ) -> None:
     """Press an indenter into the membrane, and print the force and what it touches."""
     from stretch_bt.simulation import press
 
-    if plot is not None:
-        from stretch_bt.simulation.membrane.picture import check_picture
-
-        check_picture(plot)  # before minutes of solving
-        if solver in ("hertz", "axisymmetric"):
-            raise InvalidInput("only the sheet solver has a surface to draw; leave out --solver, or --plot")
+    _check_plot(plot, solver)  # before minutes of solving
     try:
         result = press(
             indenter,
@@ -58,15 +51,34 @@ def command(
             effects=[name.strip() for name in effects.split(",") if name.strip()],
         )
     except NoEquilibrium as error:
-        if json_:
-            emit_json({"error": NoEquilibrium.__name__, "reason": error.reason})
-        typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
+        _tell_refusal(error, as_json=json_)
         raise typer.Exit(EXIT_FAILURE) from None
+    _tell(result, plot, as_json=json_)
+
+
+def _check_plot(path: Path | None, solver: str) -> None:
+    """Raise InvalidInput where a picture that is wanted cannot be written, or the solver has nothing to draw."""
+    if path is None:
+        return
+    from stretch_bt.simulation.membrane.picture import check_picture
+
+    check_picture(path)
+    if solver in ("hertz", "axisymmetric"):
+        raise InvalidInput("only the sheet solver has a surface to draw; leave out --solver, or --plot")
+
+
+def _tell_refusal(error: NoEquilibrium, *, as_json: bool) -> None:
+    if as_json:
+        emit_json({"error": NoEquilibrium.__name__, "reason": error.reason})
+    typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
+
+
+def _tell(result: Any, plot: Path | None, *, as_json: bool) -> None:
     for warning in result.warnings:
         warn(warning)
     if plot is not None:
         _draw(result, plot)
-    if json_:
+    if as_json:
         emit_json(result.to_json())
     else:
         _show(result)

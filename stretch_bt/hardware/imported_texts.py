@@ -11,8 +11,8 @@ from pathlib import Path
 
 __all__ = ["digest_of_file", "imported_digest", "note_imported", "stands_in"]
 
-#: by the name of a module, the spec that it was imported by, another one after a reload, and the digest of its text
-_digests: dict[str, tuple[ModuleSpec | None, str | None]] = {}
+#: by the name of a module, the specs that it was imported by, another one for each reload, each with the digest of the text
+_digests: dict[str, list[tuple[ModuleSpec | None, str | None]]] = {}
 
 
 def imported_digest(name: str, file: Path) -> str | None:
@@ -23,9 +23,10 @@ def imported_digest(name: str, file: Path) -> str | None:
     if name not in sys.modules:
         return digest_of_file(file)
     spec = getattr(sys.modules[name], "__spec__", None)
-    if name not in _digests or _digests[name][0] is not spec:
-        _digests[name] = spec, digest_of_file(file)
-    return _digests[name][1]
+    known = _digests.setdefault(name, [])
+    if not any(one is spec for one, _ in known):
+        known.append((spec, digest_of_file(file)))
+    return next(digest for one, digest in known if one is spec)
 
 
 def note_imported(folders: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ from stretch_bt.errors import BeyondLimits, InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.asked import check_speed
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.past_limits import outside_limits, past_limit
+from stretch_bt.hardware.past_limits import outside_limits, past_limit, remedy
 from stretch_bt.hardware.slack import most_measured
 from stretch_bt.quantity_text import format_quantity
 from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time
@@ -131,13 +131,14 @@ class Limits(_Model):
 
     def check_opening(self, device: str, opening: float, hand: Hand) -> None:
         """Raise BeyondLimits when the membrane may not be stretched so."""
-        _check_span(device, "stretch", self.stretch, hand.geometry.stretch(opening), ("stretch",))
+        stretch = hand.geometry.stretch(opening)
+        _check_span(device, "stretch", self.stretch, stretch, ("stretch",), remedy("stretch"))
 
     def check_fingers(self, device: str, speed: float) -> None:
         """Raise BeyondLimits above the allowed speed of the fingers, m/s, and InvalidInput when it is no speed."""
         check_speed(device, speed)
         if past := _past("speed", speed, self.gripper_speed, "Speed"):
-            raise BeyondLimits(device, past, ("gripper_speed",))
+            raise BeyondLimits(device, past + remedy("gripper_speed"), ("gripper_speed",))
 
     def check_way(self, device: str, speed: float, heights: Sequence[float]) -> None:
         """Raise BeyondLimits when the hand may not have a speed, m/s, on a way with these heights, m, and InvalidInput when it is no speed."""
@@ -168,6 +169,6 @@ def _past(name: str, value: float, most: float, kind: str) -> str:
     return "" if value <= most + _ROUNDING else past_limit(name, value, most, kind)
 
 
-def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str]) -> None:
+def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str], then: str = "") -> None:
     if not span.min - _ROUNDING <= value <= span.max + _ROUNDING:
-        raise BeyondLimits(device, outside_limits(name, value, span.min, span.max), concerns)
+        raise BeyondLimits(device, outside_limits(name, value, span.min, span.max) + then, concerns)

@@ -25,7 +25,15 @@ from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads_heard import threads_heard
 
-__all__ = ["ModuleRefused", "Modules", "attribute", "installed_module"]
+__all__ = ["ModuleRefused", "Modules", "attribute", "brought_for", "installed_module"]
+
+#: names of the modules that were executed for files, installed ones too, by what files import them for, as in `Modules.holds`
+_brought: dict[str, set[str]] = {}
+
+
+def brought_for(holds: str) -> frozenset[str]:
+    """Return the names of all modules that files brought so far for what `Modules.holds` says, installed ones too."""
+    return frozenset(_brought.get(holds, ()))
 
 
 class ModuleRefused(StretchError):
@@ -90,6 +98,7 @@ class Modules:
                 redirect_stdout(sys.stderr),
                 alone(),
                 threads_heard(),
+                _noted(self.holds),
             ):
                 importlib.import_module(module)
                 note_imported(folders)
@@ -235,6 +244,16 @@ class _Teller:
         origin = Path(found.origin) if found is not None and found.origin is not None else None
         if origin is not None and any(origin.is_relative_to(folder) for folder in self.folders):
             self.say(str(origin))
+
+
+@contextmanager
+def _noted(holds: str) -> Iterator[None]:
+    """Note which modules are executed meanwhile."""
+    before = set(sys.modules)
+    try:
+        yield
+    finally:
+        _brought.setdefault(holds, set()).update(sys.modules.keys() - before)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stretch_bt.quantity_text import format_apart
 from stretch_bt.units import KINDS
 
-__all__ = ["outside_limits", "past_limit"]
+__all__ = ["outside_limits", "past_limit", "remedy"]
 
 
 def past_limit(name: str, value: float, most: float, kind: str) -> str:
@@ -18,3 +18,8 @@ def outside_limits(name: str, value: float, least: float, most: float) -> str:
     """Return the message about a length, m, outside its limits."""
     asked, low, high = format_apart(KINDS["Length"], value, least, most)
     return f"{name} {asked} is past the limits of the cell, {low} to {high}"
+
+
+def remedy(limit: str) -> str:
+    """Return what to do about a command past a limit, by the name that the cell file has for it."""
+    return f"; ask for a value within, or change `{limit}` under `limits` in the cell file"

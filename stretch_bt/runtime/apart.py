@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -14,57 +14,72 @@ from importlib.util import spec_from_loader
 from pathlib import Path
 from types import ModuleType
 
-from stretch_bt.hardware.own_modules import installed_module
+from stretch_bt.hardware.imported_texts import digest_of_file, imported_digest
+from stretch_bt.hardware.own_modules import brought_for, installed_module
 from stretch_bt.tree import registry
 from stretch_bt.tree.node_info import NodeInfo
 
-__all__ = ["apart"]
+__all__ = ["apart", "brought"]
 
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Forget at the end the own modules that were imported meanwhile, and their nodes; installed packages stay.
+    """Hide the own modules that trees brought before, and forget at the end those imported meanwhile; installed packages stay.
 
     Whoever names one of these modules next gets it as it was, unless its file has changed: executed again it would register
-    its classes a second time wherever it does.
+    its classes a second time wherever it does. At the end those that were hidden are there again, for what still runs with them.
     """
+    modules = {name: sys.modules[name] for name in brought()}
+    nodes = _set_aside(modules)
     before = set(sys.modules)
     try:
         yield
     finally:
-        is_installed = cache(_is_installed)
-        own = [name for name in sys.modules if name not in before and not is_installed(name.partition(".")[0])]
-        nodes = [info for info in registry.known().values() if info.cls.__module__ in own]
-        for name in own:
-            _set_aside(name, tuple(info for info in nodes if info.cls.__module__ == name))
-        registry.forget(info.name for info in nodes)
+        _set_aside(sys.modules.keys() - before)
+        sys.modules.update(modules)
+        registry.take_again(nodes)
+
+
+def brought() -> list[str]:
+    """Return the names of the own modules, now in the process, that trees brought."""
+    return _own(brought_for("nodes") & sys.modules.keys())
 
 
 @dataclass(frozen=True, slots=True)
 class _Aside:
-    """A module that was imported for a file that is judged no more, with the time at which its file was written, and its nodes."""
+    """A module that was imported for a file that is judged no more, with the digest of the text that it was executed from, and its nodes."""
 
     module: ModuleType
     spec: ModuleSpec
-    written: int
+    digest: str | None
     nodes: tuple[NodeInfo, ...]
 
 
 _aside: dict[str, _Aside] = {}
 
 
-def _set_aside(name: str, nodes: tuple[NodeInfo, ...]) -> None:
-    module = sys.modules.pop(name)
-    spec = getattr(module, "__spec__", None)
+def _set_aside(names: Iterable[str]) -> list[NodeInfo]:
+    """Take own modules, and their nodes, out of the process, and return the nodes; installed ones stay."""
+    own = _own(names)
+    nodes = [info for info in registry.known().values() if info.cls.__module__ in own]
+    for name in own:
+        _take_out(name, tuple(info for info in nodes if info.cls.__module__ == name))
+    registry.forget(info.name for info in nodes)
+    return nodes
+
+
+def _own(names: Iterable[str]) -> list[str]:
+    is_installed = cache(_is_installed)
+    return [name for name in names if not is_installed(name.partition(".")[0])]
+
+
+def _take_out(name: str, nodes: tuple[NodeInfo, ...]) -> None:
+    spec = getattr(sys.modules[name], "__spec__", None)
     if isinstance(spec, ModuleSpec) and spec.origin is not None:
-        _aside[name] = _Aside(module, spec, _written(spec.origin), nodes)
+        _aside[name] = _Aside(sys.modules[name], spec, imported_digest(name, Path(spec.origin)), nodes)
         if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
             sys.meta_path.insert(0, _Finder())
-
-
-def _written(file: str) -> int:
-    path = Path(file)
-    return path.stat().st_mtime_ns if path.is_file() else 0
+    del sys.modules[name]
 
 
 class _Finder(MetaPathFinder, Loader):
@@ -80,7 +95,7 @@ class _Finder(MetaPathFinder, Loader):
             kept is None
             or found is None
             or found.origin != kept.spec.origin
-            or _written(found.origin or "") != kept.written
+            or digest_of_file(Path(found.origin or "")) != kept.digest
         ):
             return None
         return spec_from_loader(

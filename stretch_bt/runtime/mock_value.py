@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.runtime.mock_arrays import MockArrays, array_fields
+from stretch_bt.runtime.mock_arrays import MockArrays, array_fields, names_array
 from stretch_bt.runtime.partial_record import FieldReader, record_of
-from stretch_bt.source import Map, Scalar, Seq, Value
+from stretch_bt.source import Map, Scalar, Seq, Value, told
 from stretch_bt.tree.port_check import PortCheck, allows_none
 from stretch_bt.tree.types import FLOAT, Family, Type, attributes
-from stretch_bt.tree.values import check_bounds, example, is_none, literal, refuse
+from stretch_bt.tree.values import ValueRefused, check_bounds, example, is_none, literal, refuse, sample, written
 from stretch_bt.units import Estimate
 
-__all__ = ["check_port", "mock_value"]
+__all__ = ["check_entries", "check_port", "mock_value"]
+
+#: characters of a value that a hint repeats
+_SHOWN = 60
 
 
 def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None = None) -> Any:
@@ -52,6 +55,43 @@ def check_port(given: Any, port: PortCheck, value: Value, what: str) -> None:
         port.judge(given)
     except InvalidInput as error:
         refuse(value.mark, "type-mismatch", f"{what}: {error}", example(port.type))
+
+
+def check_entries(values: list[Value], type_: Type, what: str) -> None:
+    """Raise ValueRefused where an output that is a list is not given one list for each start, with the brackets to write.
+
+    Parameters
+    ----------
+    values
+        What a file gives, one for each start.
+    type_
+        Type of the output; all but a list passes.
+    what
+        Name of the output, for messages.
+    """
+    item = type_.item
+    wrong = [v for v in values if not (isinstance(v, Seq) or is_none(v) or _names_numbers(v, type_))]
+    if item is None or not wrong:
+        return
+    several = len(wrong) < len(values)
+    meant = written(Seq(tuple(wrong[:1] if several else wrong), wrong[0].mark))
+    if len(meant) > _SHOWN or not all(_fits(value, item) for value in wrong):
+        meant = f"[{'{}' if type_.is_record else sample(item)}]"
+    what = f"{what} takes {type_} for each start, and {told(wrong[0])} is no list"
+    hint = f"write '{meant if several else f'[{meant}]'}'; the outer list has one list for each start"
+    refuse(wrong[0].mark, "type-mismatch", what, hint)
+
+
+def _names_numbers(value: Value, type_: Type) -> bool:
+    return type_.item is not None and type_.item.is_number and names_array(value)
+
+
+def _fits(value: Value, type_: Type) -> bool:
+    try:
+        mock_value(value, type_, "")
+    except ValueRefused:
+        return False
+    return True
 
 
 def _estimate(value: Map, type_: Type, what: str) -> Estimate:

@@ -20,7 +20,7 @@ from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
-from stretch_bt.runtime.mock_value import check_port, mock_value
+from stretch_bt.runtime.mock_value import check_entries, check_port, mock_value
 from stretch_bt.source import Mark, Scalar, Value, closest, did_you_mean
 from stretch_bt.tree.build import Builder, build
 from stretch_bt.tree.built_tree import BuiltTree
@@ -170,6 +170,11 @@ class Mocks:
     def _output(self, rule: Mock, name: str, type_: Type, check: PortCheck | None) -> list[Any]:
         """Return what a rule writes to a port, held against what the node itself may write, where `check` says so."""
         found = []
+        try:
+            check_entries(rule.outputs[name], type_, name)
+        except ValueRefused as refused:
+            self.diagnostics.append(refused.diagnostic)
+            return []
         for value in rule.outputs[name]:
             try:
                 values = self._values(value, type_, name)

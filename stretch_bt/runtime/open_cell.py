@@ -15,7 +15,7 @@ from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, StretchError, writable
 from stretch_bt.hardware.cell import Cell, clock_of
 from stretch_bt.hardware.cell import open_cell as open_devices
-from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.cell_file import CellSpec, load_cell
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.hardware.limits import Limits
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import py_trees
 
     from stretch_bt.runtime.subtree import Subtree
+    from stretch_bt.simulation.scene import Scene
 
 __all__ = ["OpenCell", "open_cell"]
 
@@ -73,6 +74,25 @@ def open_cell(
     return OpenCell(cell, scene=scene, seed=seed, only=only, out=out)
 
 
+def _scene_of(spec: CellSpec, scene: str | Path | None) -> Scene | None:
+    """Return the scene that a cell simulates, None where it simulates nothing; raises InvalidInput where none is named."""
+    if not spec.simulated:
+        return None
+    if scene is None:
+        raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene, as in scene='water_balloon'")
+    from stretch_bt.simulation.scene import load_scene
+
+    return load_scene(str(scene))
+
+
+def _load_modules(spec: CellSpec, world: Scene | None, clock: Clock) -> None:
+    """Import what calls would import as they tick."""
+    if isinstance(clock, VirtualClock):
+        load_first(sheet=world is not None and world.is_sheet)
+    else:
+        load_ahead(device.type for device in spec.devices.values())
+
+
 class OpenCell:
     """Devices of a cell, and what was found with them so far.
 
@@ -91,15 +111,7 @@ class OpenCell:
     ) -> None:
         check_arguments(cell=cell, scene=scene, out=out)
         spec = load_cell(cell)
-        world = None
-        if spec.simulated:
-            if scene is None:
-                raise InvalidInput(
-                    f"the cell {spec.name!r} is simulated and needs a scene, as in scene='water_balloon'"
-                )
-            from stretch_bt.simulation.scene import load_scene
-
-            world = load_scene(str(scene))
+        world = _scene_of(spec, scene)
         self.scene = None if scene is None else str(scene)
         self.seed = seed = checked_seed(seed)
         self.clock: Clock = clock_of(spec)
@@ -107,10 +119,7 @@ class OpenCell:
         self.records: dict[str, Any] = {}
         #: grid of the ticks of all calls
         self.grid = TickGrid(TICK)
-        if isinstance(self.clock, VirtualClock):
-            load_first(sheet=world is not None and world.is_sheet)
-        else:
-            load_ahead(device.type for device in spec.devices.values())
+        _load_modules(spec, world, self.clock)
         self._record = None if out is None else record_of_calls(Path(out), spec, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
@@ -120,10 +129,13 @@ class OpenCell:
         #: each `finally` that interrupted subtrees of this cell have still to run
         self.pending_finally = PendingFinally(self.clock, self.begin_tick, self._stop_devices)
         self.between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
+        self._open(spec, world, only)
+
+    def _open(self, spec: CellSpec, world: Scene | None, only: Collection[str] | None) -> None:
         atexit.register(self.close)
         try:
             self._cell = open_devices(
-                spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
+                spec, clock=self.clock, seed=self.seed, scene=world, journal=self._seen, only=only, closing=unbroken
             )
             self.between.listen()
             lenders.add(self)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stretch_bt.errors import CellError, Diagnostic, FileError, SceneError, StretchError, SweepError, TreeError
 from stretch_bt.hardware.own_modules import Modules
-from stretch_bt.runtime.apart import apart
+from stretch_bt.runtime.apart import apart, brought
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.reach import check_devices
 from stretch_bt.source import Scalar, Value, did_you_mean
@@ -53,9 +53,8 @@ def check_sweep(path: str | Path) -> CheckedSweep:
     """
     file, wrong = read_sweep(path)
     found = CheckedSweep(file, {}, wrong)
-    wrong_alone = _wrong_alone(found.file)
     for name in found.file.trees:
-        found.diagnostics.extend(_tree(found, name, wrong_alone.get(name.text)))
+        found.diagnostics.extend(_tree(found, name))
     for name in found.file.scenes:
         found.diagnostics.extend(_scene(found.file, name))
     found.diagnostics.extend(_cell(found))
@@ -83,22 +82,22 @@ def _load(file: SweepFile, name: Scalar) -> Program:
     return load_program(tree, None, modules_below(file.path, tree, "sweep file"))
 
 
-def _wrong_alone(file: SweepFile) -> dict[str, Program]:
-    """Return the trees that have errors by themselves, as one that uses a node which only another tree imports."""
-    found = {}
-    for name in file.trees if len(file.trees) > 1 else ():
-        with apart(), suppress(TreeError):
-            program = _load(file, name)
-            if program.errors:
-                found[name.text] = program
-    return found
+def _loaded(file: SweepFile, name: Scalar) -> Program:
+    """Return a tree of a sweep, the wrong one that it is by itself where it is right with the nodes of modules that others brought."""
+    others = brought()
+    program = _load(file, name)
+    if not others or program.errors:
+        return program
+    with apart():
+        alone = _load(file, name)
+    return alone if alone.errors else program
 
 
-def _tree(found: CheckedSweep, name: Scalar, wrong: Program | None) -> Iterator[Diagnostic]:
+def _tree(found: CheckedSweep, name: Scalar) -> Iterator[Diagnostic]:
     file = found.file
     tree = file.place(name)
     try:
-        program = wrong or _load(file, name)
+        program = _loaded(file, name)
     except TreeError as error:
         first = error.diagnostics[0]
         yield name.mark.error(first.code, first.message, first.hint)

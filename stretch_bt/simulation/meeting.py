@@ -111,9 +111,16 @@ class Meeting:
 
     def highest_below(self, state: Any, pose: Pose, stretch: float) -> float:
         """Return the world height of the highest top that the hand would meet if it went down, m; without one, the object's."""
-        standing = self.specimen.standing(state, 0.0)
-        lowered = pose.at_height(self.scene.object.base)
-        return (self._met(standing, lowered, stretch) or standing).top
+        return self._below(self.specimen.standing(state, 0.0), pose, stretch).top
+
+    def hangs(self, standing: Standing, pose: Pose, stretch: float) -> float:
+        """Return how far the membrane hangs, m, where it would meet the object if the hand went down."""
+        met = self._below(standing, pose, stretch)
+        return self.lift(met, seat(met, pose), stretch)
+
+    def _below(self, standing: Standing, pose: Pose, stretch: float) -> Standing:
+        """Return the standing object, of several bodies those that the hand would meet if it went down, all where it would meet none."""
+        return self._met(standing, pose.at_height(self.scene.object.base), stretch) or standing
 
     def _met(self, standing: Standing, pose: Pose, stretch: float) -> Standing | None:
         """Return the standing object, of several bodies the ones that the membrane can meet; None where it meets none of them."""

@@ -23,7 +23,6 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.base import Moved, ObjectSpec, Standing
 from stretch_bt.simulation.scene import Scene
-from stretch_bt.simulation.seat import seat
 from stretch_bt.simulation.stats import Stats
 
 __all__ = ["Contact", "World"]
@@ -196,9 +195,8 @@ class World:
         return standing if grip is None else replace(standing, top=standing.top + grip.raised)
 
     def lift(self, pose: Pose, stretch: float) -> float:
-        """Return how far the membrane hangs where it meets the object, m, by the latest memory."""
-        standing = self.standing()
-        return self._meeting.lift(standing, seat(standing, pose), stretch)
+        """Return how far the membrane hangs, m, where it would meet the object if the hand went down, by the latest memory."""
+        return self._meeting.hangs(self.standing(), pose, stretch)
 
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:

@@ -6,6 +6,7 @@ from stretch_bt.source import Map, Scalar, Seq, Value, is_nothing
 from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Document, Signature
 from stretch_bt.tree.heading_reader import HeadingReader
+from stretch_bt.tree.values import written
 
 __all__ = ["FRAME", "Borders"]
 
@@ -91,6 +92,8 @@ class Borders(HeadingReader):
         if not self.good_name(name, "key"):
             return
         first = tree.declared(name.text)
+        if table is tree.keys:
+            tree.own[name.text] = written(spec)
         if table is tree.keys and first is not None and first.listed and first is tree.outs.get(name.text):
             tree.outs[name.text] = self._declarations.read(name, spec, "key")
         elif first is not None:

@@ -87,6 +87,9 @@ class Signature:
     inouts: dict[str, Declared] = field(default_factory=dict)
     outs: dict[str, Declared] = field(default_factory=dict)
     keys: dict[str, Declared] = field(default_factory=dict)
+    own: dict[str, str] = field(
+        default_factory=dict
+    )  # key that `keys` of the tree declares -> its declaration, as written
     doc: str = ""
     settled: bool = False  # whether every name has its type
     read: set[str] = field(default_factory=set)  # names that something in the body may read

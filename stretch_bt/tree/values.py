@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
@@ -39,6 +39,7 @@ __all__ = [
     "sample",
     "within",
     "written",
+    "written_pairs",
 ]
 
 
@@ -136,6 +137,11 @@ def written(value: Value) -> str:
     if isinstance(value, Seq):
         return f"[{', '.join(written(item) for item in value.items)}]"
     return f"{{{', '.join(f'{key.text}: {written(item)}' for key, item in value)}}}"
+
+
+def written_pairs(pairs: Mapping[str, str]) -> str:
+    """Return names with what a file has for each, on one line; a name with nothing stands alone."""
+    return f"{{{', '.join(f'{name}: {text}' if text else name for name, text in pairs.items())}}}"
 
 
 def braces(value: Value) -> str:

@@ -4,8 +4,9 @@ import sys
 
 import pytest
 
-from stretch_bt import check
+from stretch_bt import check, run
 from stretch_bt.runtime.fix import fix_files
+from stretch_bt.tree import registry
 
 NODE = '''
 from stretch_bt import Behavior, Status, node
@@ -41,6 +42,25 @@ def test_a_file_is_judged_as_it_is_alone(folder, order, cell):
     assert [d.code for d in found] == ["node-unknown"] * order.count("none")
     assert found == [finding for file in files for finding in check(file, cell=cell)]
     assert not [name for name in sys.modules if name.startswith("apart_")]
+
+
+@pytest.mark.parametrize("ran", ["one", "all"])
+def test_a_file_is_judged_alone_after_a_run(folder, ran):
+    """What a run brought stays as it was, no other file may rest on it, and a check sees what is written now."""
+    run(folder / f"{ran}.yaml", record="none")
+    brought = sys.modules["apart_one"]
+    try:
+        files = [folder / f"{name}.yaml" for name in ("none", "one", "all")]
+        assert [d.code for d in check(files)] == ["node-unknown"]
+        assert sys.modules["apart_one"] is brought
+        (folder / "apart_one.py").write_text(NODE.replace("Nods", "Winks"))
+        assert [d.code for d in check(files)] == ["node-unknown"] * 3
+        assert run(folder / f"{ran}.yaml", record="none").status == "SUCCESS"
+    finally:
+        forgotten = [name for name in sys.modules if name.startswith("apart_")]
+        registry.forget(info.name for info in registry.known().values() if info.cls.__module__ in forgotten)
+        for name in forgotten:
+            del sys.modules[name]
 
 
 def test_files_that_are_fixed_are_judged_alone(folder):

@@ -21,10 +21,14 @@ LIMITS = {
     "force": "20 N",
     "contact": {"below": "110 mm", "speed": "20 mm/s"},
 }
+#: what to do about a command to the fingers
+REMEDY = "ask for a value within, or change `{}` under `limits` in the cell file"
 #: node -> what its reason begins with
 BEYOND = {
-    "set_stretch: {stretch: 41 mm}": "gripper: stretch 41 mm is past the limits of the cell, 0 mm to 40 mm",
-    "set_stretch: {stretch: 10 mm, speed: 60 mm/s}": "gripper: speed 60 mm/s is past the limit of the cell, at most 50 mm/s",
+    "set_stretch: {stretch: 41 mm}": "gripper: stretch 41 mm is past the limits of the cell, 0 mm to 40 mm; "
+    + REMEDY.format("stretch"),
+    "set_stretch: {stretch: 10 mm, speed: 60 mm/s}": "gripper: speed 60 mm/s is past the limit of the cell, at most 50 mm/s; "
+    + REMEDY.format("gripper_speed"),
     "press: {depth: 9 mm}": "arm: depth 9 mm is past the limit of the cell, at most 8 mm",
     "press: {depth: 5 mm, speed: 30 mm/s}": "arm: speed 30 mm/s is past the limit of the cell, at most 20 mm/s below",
     "roll: {radius: 60 mm, depth: 2 mm, laps: 1, speed: 10 mm/s}": "arm: radius: ",

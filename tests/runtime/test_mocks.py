@@ -452,6 +452,39 @@ def test_outputs_and_commands_are_expected(run: Any, scripted_device: Any, expec
     assert said is None or said in result.unmet[0]
 
 
+LISTED = """
+format: stretch-tree/1
+trees: {main: {out: {line: "list[Length]"}, sequence: [{name: drawn, set: {line: [1 mm]}}]}}
+"""
+#: what a mock gives an output that is a list -> what to write instead; None where it is taken
+LISTS = {
+    "[[2 mm]]": None,
+    "2 mm": "[[2 mm]]",
+    "[2 mm]": "[[2 mm]]",
+    "[2 mm, 3 mm]": "[[2 mm, 3 mm]]",
+    "[[2 mm], 3 mm]": "[3 mm]",
+    "[{a: 1}]": "[[10 mm]]",
+    "[2 N]": "[[10 mm]]",
+}
+
+
+@pytest.mark.parametrize("given", LISTS)
+def test_an_output_that_is_a_list_is_told_its_brackets(run: Any, given: str) -> None:
+    def ran(line: str) -> Any:
+        rule = f"{{match: '**/drawn', outputs: {{line: {line}}}}}"
+        return run(LISTED, mocks=f"format: stretch-mocks/1\ntree: tree.yaml\nmocks: [{rule}]\n")
+
+    wanted = LISTS[given]
+    if wanted is None:
+        assert ran(given).status == "SUCCESS"
+        return
+    with pytest.raises(MocksError) as refused:
+        ran(given)
+    [found] = refused.value.diagnostics
+    assert f"write '{wanted}'" in found.hint
+    assert ran(given.replace("3 mm", wanted) if "[[" in given else wanted).status == "SUCCESS"
+
+
 def test_an_output_that_the_run_never_gave_is_unmet(run: Any) -> None:
     tree = (
         "format: stretch-tree/1\ntrees: {main: {out: {a: Length}, sequence: [wait: {duration: 1 s}, set: {a: 1 mm}]}}\n"

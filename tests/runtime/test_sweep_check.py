@@ -1,10 +1,14 @@
 """A sweep file held against its trees, their params, its scenes and its cell."""
 
+from pathlib import Path
+
 import pytest
 
+from stretch_bt.runtime import sweep_check
 from stretch_bt.runtime.apart import apart
 from stretch_bt.runtime.check import check
 from stretch_bt.runtime.sweep_check import check_sweep
+from stretch_bt.tree.program import load_program
 
 TREE = """\
 format: stretch-tree/1
@@ -145,6 +149,23 @@ def test_every_mistake_is_told_at_once(tmp_path, sweep):
         (6, 8, "value"),
         (7, 16, "value"),
     ]
+
+
+def test_trees_without_own_nodes_are_read_once(tmp_path, monkeypatch):
+    """Nothing of one can make another right."""
+    read = []
+
+    def load(tree, *rest):
+        read.append(Path(tree).name)
+        return load_program(tree, *rest)
+
+    monkeypatch.setattr(sweep_check, "load_program", load)
+    names = [f"{i}.yaml" for i in range(3)]
+    for name in names:
+        (tmp_path / name).write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 s}]}}\n")
+    (tmp_path / "sweep.yaml").write_text(f"format: stretch-sweep/1\ntree: [{', '.join(names)}]\n")
+    assert not check_sweep(tmp_path / "sweep.yaml").diagnostics
+    assert read == names
 
 
 def test_a_tree_of_a_sweep_has_no_nodes_that_another_one_imports(tmp_path):

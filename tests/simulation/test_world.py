@@ -238,6 +238,16 @@ def test_sag_touches_before_the_plane_does():
     assert hanging.contact(deep, 0.0).force[2] > flat.contact(deep, 0.0).force[2]
 
 
+@pytest.mark.parametrize("far", ["60 mm", "200 mm"])
+def test_a_membrane_hangs_over_the_one_of_several_bodies_that_the_hand_would_meet(far):
+    balls = "{type: sphere, diameter: 10 mm, rigid: true}, {type: sphere, diameter: 20 mm, rigid: true, position: {x: "
+    world = coarse(scene("", f"type: several, objects: [{balls}{far}}}}}]", "sheet", "{sag: on}"))
+    here = Pose((0, 0, 0.010))
+    lift = world.lift(here, 0.0)
+    assert world.contact(here.moved(z=0.9 * lift), 0.0).force[2] > 0 < lift
+    assert world.contact(here.moved(z=1.01 * lift), 0.0).force[2] == 0.0
+
+
 @dataclass(frozen=True)
 class Dented(Response):
     """Stays down by half of the largest drop it has seen."""

@@ -302,7 +302,10 @@ def test_btcpp_keeps_apart_what_differs_by_params_devices_classes_and_fields(pro
     assert found("feel-touch-2", "Action") == [{"ID": "lower", "arm": "arm", "by": "{_by_}"}]
     assert found("feel-up-2", "Action") == [{"ID": "retract", "arm": "arm", "clearance": "30 mm"}]
     assert found("other-fails", "Action") != found("main", "Action")[-1:]
-    assert found("main", "Decorator") == [{"ID": "repeat", "times": "2", "collect": "{all: $n}"}]
+    assert found("main", "Decorator") == [
+        {"ID": "with_keys", "keys": "{n: {type: int, default: 0}}"},
+        {"ID": "repeat", "times": "2", "collect": "{all: $n}"},
+    ]
     assert found("main", "Timeout") == [{"msec": "1"}, {"msec": "1"}]
     (port,) = [p for p in root.findall("TreeNodesModel/SubTree[@ID='feel-touch']/*") if p.get("type") == "Arm"]
     assert port.attrib == {"name": "arm", "type": "Arm", "default": "arm"}
@@ -327,6 +330,17 @@ def test_the_keys_of_a_loop_are_shown(form: str, loop: str, tmp_path: Path) -> N
     body = f"{loop}, keys: {{k: {{default: 1, max: 9}}}}, do: {{set: {{k: k + 1}}}}}}"
     (tmp_path / "loop.yaml").write_text(f"format: stretch-tree/1\ntrees: {{main: {{{body}}}}}\n")
     assert "{k: {default: 1, max: 9}}" in export(load_program(tmp_path / "loop.yaml"), form)
+
+
+@pytest.mark.parametrize("form", ["text", "dot", "svg", "html", "btcpp"])
+def test_the_keys_of_a_tree_are_shown_where_it_begins(form: str, tmp_path: Path) -> None:
+    called = "called: {keys: {k: {default: 2}}, set: {k: k + 1}}"
+    (tmp_path / "keys.yaml").write_text(
+        "format: stretch-tree/1\nkeys: {k: {default: 1, max: 9}, l: }\n"
+        f"trees: {{main: {{sequence: [set: {{k: k + 1, l: 3}}, called]}}, {called}}}\n"
+    )
+    text = export(load_program(tmp_path / "keys.yaml").require(), form)
+    assert text.count("{k: {default: 1, max: 9}, l}") == text.count("{k: {default: 2}}") > 0
 
 
 def test_an_unknown_format_and_a_wrong_task_are_refused(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from stretch_bt.errors import LimitExceeded
 from stretch_bt.hardware.driver import GripperDriver
 from stretch_bt.hardware.interfaces import Gripper, Motion, Reading
 from stretch_bt.hardware.monitored.mover import Mover
+from stretch_bt.hardware.past_limits import outside_limits
 from stretch_bt.hardware.slack import SLACK
 
 __all__ = ["MonitoredGripper"]
@@ -44,11 +45,10 @@ class MonitoredGripper(Mover[GripperDriver]):
             beyond = self._beyond()
         if self._allowed is not None and beyond > self._allowed:
             stretch = self.watch.hand.geometry.stretch(self.driver.opening().value)
-            self.halt(
-                LimitExceeded(
-                    self.name, f"the fingers went to a stretch of {stretch * 1e3:.1f} mm, past the limits of the cell"
-                )
-            )
+            span = self.watch.limits.stretch
+            past = outside_limits("measured stretch", stretch, span.min, span.max)
+            why = "see what else commands the fingers, and move them back; the limits are `stretch` under `limits`"
+            self.halt(LimitExceeded(self.name, f"{past}; {why} in the cell file"))
 
     def _beyond(self) -> float:
         """Return how far the measured opening is outside the limits, m; 0 inside."""

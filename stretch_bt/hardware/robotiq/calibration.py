@@ -66,7 +66,8 @@ class GripperCalibration(BaseModel):
         low, high = self.span
         if not low - 1e-9 <= opening <= high + 1e-9:
             asked, least, most = format_apart(_MM, opening, low, high)
-            raise InvalidInput(f"opening {asked} was not calibrated, but {least} to {most}")
+            remedy = "stay within, or measure more `points` of its `calibration` in the cell file"
+            raise InvalidInput(f"opening {asked} was not calibrated, but {least} to {most}; {remedy}")
         return self.nearest(opening)
 
     def nearest(self, opening: float) -> int:

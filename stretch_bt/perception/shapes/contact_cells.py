@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.blocks_kernel import blocks_within, squares_of
+from stretch_bt.perception.shapes.blocks_kernel import blocks_within, fill_within, squares_of
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.types import Contact, FloatArray, MaskArray
 
@@ -27,6 +27,7 @@ INNER, INNER_CELLS, OUTER_CELLS = (
     230,
 )  # reach of the finer cells, of the window's; and how many there are of each
 LEAST = 60
+ENOUGH = 80  # pixels, all seen, in a window of any place and form, that give so many cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ class Cells:
 def cells_of(contact: Contact, window: Window) -> Cells:
     """Return the cells in a window, finer in its inner half.
 
-    Raises IllConditioned where too little of it is seen.
+    Raises IllConditioned where it has too few pixels, or too little of it is seen.
     """
     reach = (window.x, window.y, INNER * window.a, INNER * window.b)
     inner = np.asarray(blocks_within(contact.surface, *reach, INNER_CELLS))
@@ -91,9 +92,19 @@ def cells_of(contact: Contact, window: Window) -> Cells:
         blocks = np.concatenate([inner, outer[away > INNER + beside]])
         if len(blocks) >= LEAST:
             return _cells(blocks, window, contact)
+    pixels = math.pi * window.a * window.b / window.pitch**2
+    within = np.empty(contact.surface.shape[:2], np.bool_)
+    fill_within(contact.surface, window.x, window.y, window.a, window.b, within)
+    if pixels < ENOUGH and np.count_nonzero(within) >= SEEN * pixels:
+        raise _too_few_pixels(round(pixels), ENOUGH)
     raise IllConditioned(
         "hardly any pixel around the contact has depth, so that its rim is not seen; keep the membrane in view and free of reflections"
     )
+
+
+def _too_few_pixels(given: int, needed: int) -> IllConditioned:
+    what = f"the contact with its surroundings covers {given} pixels, too few for a fit, which takes at least {needed}"
+    return IllConditioned(f"{what}; press deeper, or bring the camera nearer")
 
 
 def _cells(blocks: Array, window: Window, contact: Contact) -> Cells:
@@ -112,10 +123,12 @@ def _cells(blocks: Array, window: Window, contact: Contact) -> Cells:
 def window_of(surface: FloatArray) -> Window:
     """Return the window of a contact and its skirt, down to half their height.
 
-    Raises IllConditioned where hardly anything is seen.
+    Raises IllConditioned where there are too few pixels, or hardly anything is seen.
     """
     height, seen, x, y = _coarse(surface)
     if np.count_nonzero(seen) < LEAST // 2:
+        if seen.size < LEAST // 2 and np.count_nonzero(np.isfinite(surface[..., 2])) >= SEEN * surface[..., 2].size:
+            raise _too_few_pixels(surface[..., 2].size, LEAST // 2 * COARSE**2)
         raise IllConditioned(
             "hardly any pixel has depth, so that no contact is seen; keep the membrane in view and free of reflections"
         )

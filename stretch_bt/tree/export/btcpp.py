@@ -44,8 +44,12 @@ def write(program: Program) -> str:
     for body in bodies:
         tree = ET.SubElement(root, "BehaviorTree", ID=model.tree_name(body.signature))
         parent = tree
+        if body.signature.own:
+            parent = ET.SubElement(
+                parent, "Decorator", {n: clean(t) for n, t in model.keys(body.signature.own).items()}
+            )
         if body.finish is not None:
-            parent = ET.SubElement(tree, "Control", ID=model.finally_())
+            parent = ET.SubElement(parent, "Control", ID=model.finally_())
         _add(parent, body.part, body.signature, model)
         if body.finish is not None:
             _add(parent, body.finish, body.signature, model)

@@ -15,10 +15,11 @@ from stretch_bt.tree.flow.parallel import Parallel
 from stretch_bt.tree.node_info import NodeInfo
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.schema.nodes import as_text
+from stretch_bt.tree.values import written_pairs
 
 __all__ = ["Model", "entry_of", "port_name"]
 
-FINALLY = "with_finally"
+FINALLY, KEYS = "with_finally", "with_keys"
 
 
 def port_name(name: str) -> str:
@@ -108,6 +109,14 @@ class Model:
         known = self._id(FINALLY, FINALLY)
         self._entry("Control", known)
         return known
+
+    def keys(self, own: Mapping[str, str]) -> dict[str, str]:
+        """Add the node that begins a tree with keys of its own; return its attributes, given the declarations as written."""
+        known = self._id(KEYS, KEYS)
+        entry = self._entry("Decorator", known)
+        if entry is not None:
+            _port(entry, "input_port", "keys", "std::string", "")
+        return {"ID": known, "keys": written_pairs(own)}
 
     def subtree(self, signature: Signature) -> None:
         """Add a tree, which comes once, with what crosses its border and the devices that calls hand to it."""

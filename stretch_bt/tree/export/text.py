@@ -45,7 +45,8 @@ def _columns(lines: list[Line]) -> Iterator[str]:
 
 
 def _root(view: NodeView, wires: bool) -> Iterator[Line]:
-    yield f"{view.title}:", view.path
+    settings = ", ".join(_settings(view, wires))
+    yield from _wrapped(f"{view.title}:" + (f"  {settings}" if settings else ""), "", "│ ", view.path)
     yield from _below(view, "", wires)
 
 

@@ -10,6 +10,7 @@ from stretch_bt.tree.flow.guard import Check
 from stretch_bt.tree.node_info import first_paragraph
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.program import Program, TreeBody
+from stretch_bt.tree.values import written_pairs
 
 __all__ = ["NodeView", "around_text", "kind_of", "views"]
 
@@ -52,6 +53,9 @@ def _tree(program: Program, paths: Paths, path: str, body: TreeBody) -> NodeView
 
 
 def _fill(program: Program, paths: Paths, view: NodeView, body: TreeBody) -> NodeView:
+    if body.signature.own:
+        name = "own keys" if "keys" in view.settings else "keys"  # which an input may be called
+        view.settings = {**view.settings, name: written_pairs(body.signature.own)}
     view.children = [_view(program, paths, body.part, paths.root(body.part, view.path))]
     if body.finish is not None:
         base = f"{view.path}/finally"

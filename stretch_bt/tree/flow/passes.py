@@ -11,7 +11,7 @@ from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.flow.base import Flow, Known, Part, both
 from stretch_bt.tree.fragments import Schema, ref
 from stretch_bt.tree.series import EstimateList, errors_of
-from stretch_bt.tree.values import written
+from stretch_bt.tree.values import written, written_pairs
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -92,10 +92,9 @@ class Passes:
     def written(self) -> dict[str, str]:
         """Return its settings."""
         found = {"index": f"${self.index}"} if self.index else {}
-        lists = ", ".join(f"{name}: ${key}" for name, key in self.collect.items())
-        own = ", ".join(f"{name}: {text}" if text else name for name, text in self.own.items())
-        found |= {"collect": f"{{{lists}}}"} if lists else {}
-        return found | ({"keys": f"{{{own}}}"} if own else {})
+        lists = {name: f"${key}" for name, key in self.collect.items()}
+        found |= {"collect": written_pairs(lists)} if lists else {}
+        return found | ({"keys": written_pairs(self.own)} if self.own else {})
 
     def bind(self, builder: Builder, path: str) -> PassKeys:
         """Return what does it in a run."""

@@ -1,6 +1,6 @@
 """The arm behind the controller: nominal kinematics, finite speeds and accelerations.
 
-Assumed, because no page says it: a servo target is followed with a lag of `lookahead_time`; corners of a path are passed at full speed;
+Assumed, because no page says it: a servo target is followed with a lag of `lookahead_time`; corners of lines are passed at full speed;
 the arm stops a program's motion at 2 rad/s² or 1 m/s²; a line that asks a joint for more than 180 degrees a second ends in a protective
 stop. Not modelled: dynamics, collisions with itself, blend radii.
 """
@@ -20,7 +20,18 @@ from stretch_bt.hardware.motion.profile import Profile
 from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import Kinematics
 
-__all__ = ["ArmModel", "JointMove", "LineMove", "Move", "ServoMotion", "Slowing", "SpeedJ", "SpeedL", "line_length"]
+__all__ = [
+    "ArmModel",
+    "JointMove",
+    "LineMove",
+    "Move",
+    "ServoMotion",
+    "Slowing",
+    "SpeedJ",
+    "SpeedL",
+    "line_length",
+    "positive",
+]
 
 #: fastest joints of both models, rad/s
 _FASTEST = math.pi
@@ -127,7 +138,7 @@ class ArmModel:
         return self._known
 
 
-def _positive(value: float, name: str) -> float:
+def positive(value: float, name: str) -> float:
     """Return a speed or an acceleration; raises IllConditioned for one at which no arm gets anywhere, as a controller ends its program."""
     if not 0 < value < math.inf:
         raise IllConditioned(f"{name} must be more than 0, and is {value:g}")
@@ -139,8 +150,8 @@ class JointMove(Move):
 
     def __init__(self, arm: ArmModel, to: Sequence[float] | Array, speed: float, acceleration: float) -> None:
         self._start, self._way = arm.q.copy(), np.asarray(to, dtype=np.float64) - arm.q
-        fastest = min(_positive(speed, "v"), _FASTEST)
-        self._profile = Profile.trapezoid(float(np.abs(self._way).max()), fastest, _positive(acceleration, "a"))
+        fastest = min(positive(speed, "v"), _FASTEST)
+        self._profile = Profile.trapezoid(float(np.abs(self._way).max()), fastest, positive(acceleration, "a"))
         self._time = 0.0
 
     def step(self, arm: ArmModel, dt: float) -> bool:
@@ -160,8 +171,9 @@ class LineMove(Move):
         self._turns = [_turn(a, b) for a, b in legs]
         lengths = [line_length(a, b) for a, b in legs]
         self._ends = list(accumulate(lengths))
+        self._begins = [0.0, *self._ends[:-1]]
         self._lengths = lengths
-        self._profile = Profile.trapezoid(self._ends[-1], _positive(speed, "v"), _positive(acceleration, "a"))
+        self._profile = Profile.trapezoid(self._ends[-1], positive(speed, "v"), positive(acceleration, "a"))
         self._time = 0.0
 
     @property
@@ -175,7 +187,7 @@ class LineMove(Move):
         self._time += dt
         gone, _ = self._profile.at(self._time)
         k = self.leg
-        part = 1.0 - (self._ends[k] - gone) / self._lengths[k] if self._lengths[k] else 1.0
+        part = (gone - self._begins[k]) / self._lengths[k] if gone < self._ends[k] else 1.0
         a, b = self._places[k], self._places[k + 1]
         place = np.eye(4)
         place[:3, :3] = a[:3, :3] @ transform([0, 0, 0, *(self._turns[k] * part)])[:3, :3]
@@ -197,7 +209,7 @@ class SpeedL(Move):
     """The tool at a velocity, m/s and rad/s in base axes, approached at an acceleration, m/s²; for ever."""
 
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
-        self.target, self.acceleration = np.asarray(target, dtype=np.float64), _positive(acceleration, "a")
+        self.target, self.acceleration = np.asarray(target, dtype=np.float64), positive(acceleration, "a")
         self._now = np.zeros(6)
 
     def step(self, arm: ArmModel, dt: float) -> bool:
@@ -214,7 +226,7 @@ class SpeedJ(Move):
 
     def __init__(self, target: Sequence[float], acceleration: float) -> None:
         self.target = np.clip(np.asarray(target, dtype=np.float64), -_FASTEST, _FASTEST)
-        self.acceleration = _positive(acceleration, "a")
+        self.acceleration = positive(acceleration, "a")
         self._now: Array | None = None
 
     def step(self, arm: ArmModel, dt: float) -> bool:

@@ -8,33 +8,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, ServoMotion, SpeedJ, SpeedL
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program, ProgramEnded
+from stretch_bt.hardware.emulators.ur.path import Leg, PathMove, parse_path
 from stretch_bt.hardware.transforms import Array, inverse, six, transform
 
 __all__ = ["ControlScript", "parse_script"]
 
 _READY, _DONE = 1, 2
 _CONTACT = 5.0
-_NUMBER = r"[-+\d.eE]+"
 _OFFSETS = re.compile(r"# (float|int) register offset\n(\d+)")
-_LEG = re.compile(rf"\bmovel\(p\[((?:{_NUMBER},?){{6}})\],a=({_NUMBER}),v=({_NUMBER}),r=({_NUMBER})\)")
 _REALTIME = {6, 9, 10, 11, 24, 25, 26, 27, 38, 58, 66, 67, 68, 69, 70, 71}
 _STOP_SCRIPT = 255
-
-
-@dataclass(frozen=True)
-class Leg:
-    """One line of a path: where to, m and rad, at which speed, m/s, and acceleration, m/s²."""
-
-    place: tuple[float, ...]
-    speed: float
-    acceleration: float
 
 
 def parse_script(text: str) -> tuple[int, list[Leg]] | None:
@@ -42,13 +31,10 @@ def parse_script(text: str) -> tuple[int, list[Leg]] | None:
     offsets = {kind: int(at) for kind, at in _OFFSETS.findall(text)}
     if "def rtde_control():" not in text or set(offsets) != {"float", "int"} or offsets["int"] not in (0, 24):
         return None
-    legs = []
     try:
-        for place, acceleration, speed, _ in _LEG.findall(text):
-            legs.append(Leg(tuple(float(v) for v in place.split(",")), float(speed), float(acceleration)))
+        return offsets["int"], parse_path(text)
     except ValueError:
         return None
-    return offsets["int"], legs
 
 
 class ControlScript:
@@ -63,8 +49,8 @@ class ControlScript:
         self._commands: dict[int, Callable[[], Program | None]] = {
             1: lambda: self._joint_move(self._doubles(0, 6)),
             2: lambda: self._joint_move(self._joints()),
-            3: lambda: self._line_move([self._doubles(0, 6)], *self._doubles(6, 8)),
-            4: lambda: self._line_move([self._forward(self._doubles(0, 6))], *self._doubles(6, 8)),
+            3: lambda: self._line_move(self._doubles(0, 6), *self._doubles(6, 8)),
+            4: lambda: self._line_move(self._forward(self._doubles(0, 6)), *self._doubles(6, 8)),
             8: self._controller.zero_force,
             9: lambda: self._speed(SpeedJ(self._doubles(0, 6), self._double(6))),
             10: lambda: self._speed(SpeedL(self._doubles(0, 6), self._double(6))),
@@ -167,14 +153,11 @@ class ControlScript:
         speed, acceleration = self._doubles(6, 8)
         return self._begin(JointMove(self._arm, q, speed, acceleration))
 
-    def _line_move(self, places: list[list[float]], speed: float, acceleration: float) -> Program | None:
-        return self._begin(LineMove(self._arm, places, speed, acceleration))
+    def _line_move(self, place: list[float], speed: float, acceleration: float) -> Program | None:
+        return self._begin(LineMove(self._arm, [place], speed, acceleration))
 
     def _move_path(self) -> Program | None:
-        if not self._path:
-            return None
-        first = self._path[0]
-        return self._begin(LineMove(self._arm, [leg.place for leg in self._path], first.speed, first.acceleration))
+        return self._begin(PathMove(self._path)) if self._path else None
 
     def _begin(self, move: Move) -> Program | None:
         if self._moving is not None:
@@ -198,7 +181,7 @@ class ControlScript:
         if self._arm.move is not self._moving:
             self._moving = None
             self._progress(-1)
-        elif isinstance(self._moving, LineMove) and self._moving.leg > self._told_leg:
+        elif isinstance(self._moving, PathMove) and self._moving.leg > self._told_leg:
             self._told_leg = self._moving.leg
             self._progress(self._told_leg)
 
