@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -360,6 +361,11 @@ def test_press_json_is_the_contract(cli, tmp_path):
     assert result["contact"].keys() == {"area_mm2", "radius_mm", "nodes"}
     assert result.keys() == {"force_N", "force_error_N", "contact", "balance", "iterations", "residual", "seconds"}
     assert (tmp_path / "sheet.png").stat().st_size > 1000
+
+
+def test_press_says_that_the_mount_comes_on_top_of_the_gauge(cli):
+    said = re.sub(r"\W+", " ", cli("press", "--help")[1])
+    assert "Unstretched length of the membrane between the clamps mount prestretch comes on top" in said
 
 
 def test_press_shows_its_warnings_beside_its_answer(cli):
