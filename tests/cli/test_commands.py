@@ -105,6 +105,8 @@ BAD = [
     (["new", "tre", "mine"], "tree"),
     (["press", "--indenter", "ball:20mm", "--stretch", "30mm", "--depth", "10mm"], "sphere"),
     (["press", "--indenter", "sphere:20mm", "--stretch", "30", "--depth", "10mm"], "30 mm"),
+    (["press", "--indenter", "cube:1mm", "--stretch", "30mm", "--depth", "3mm"], "a side of at least 2 mm"),
+    (["press", "--indenter", "cylinder:1mm", "--stretch", "30mm", "--depth", "3mm"], "as in cylinder:1mm:0.25mm"),
     (["press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--at", "5mm"], "pair"),
     (["new", "tree", "My Tree"], "small letters"),
     (["new", "device", "mine"], "--kind Arm, Gripper, DepthCamera, ForceSensor"),
