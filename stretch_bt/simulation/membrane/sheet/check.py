@@ -16,6 +16,7 @@ from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Minimum, Newton
 from stretch_bt.simulation.membrane.sheet.overhang import overhang
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
+from stretch_bt.simulation.membrane.sheet.reach import MeshTooCoarse
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_energy
 from stretch_bt.simulation.membrane.sheet.spline import Array
@@ -119,7 +120,11 @@ def check(result: SheetPress, problem: Problem, outcome: Minimum) -> None:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
         if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.travel):
-            raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
+            finest = problem.mesh.finest * problem.unit * 1e3
+            raise MeshTooCoarse(
+                f"the indenter sinks through the sheet between elements of {finest:.2g} mm, which are too coarse for it: "
+                f"use a finer mesh, such as one of {finest / 2:.2g} mm"
+            )
 
 
 def _check_borders(problem: Problem, outcome: Minimum) -> None:
