@@ -19,13 +19,20 @@ def command(
     indenter: Annotated[
         str, typer.Option(help="sphere:20mm, cylinder:20mm[:rim], cone:45deg[:tip], cube:20mm or height:FILE.npy:1mm")
     ],
-    stretch: Annotated[str, typer.Option(help="Stretch past the gauge, as in 30mm.")],
+    stretch: Annotated[
+        str, typer.Option(help="How far the clamps move apart past the gauge and its mount, as in 30mm.")
+    ],
     depth: Annotated[str, typer.Option(help="Depth from the flat stretched plane, as in 10mm.")],
     solver: Annotated[str, typer.Option(help="hertz, axisymmetric or sheet")] = "sheet",
     mesh: Annotated[str | None, typer.Option(help="Length of the smallest elements.")] = None,
     shear_modulus: Annotated[str, typer.Option(help="Shear modulus of the membrane.")] = "47.4kPa",
-    mount_prestretch: Annotated[str, typer.Option(help="Stretch of the membrane by its mount at stretch 0.")] = "0mm",
-    gauge: Annotated[str, typer.Option(help="Length between the clamps at stretch 0.")] = "100mm",
+    mount_prestretch: Annotated[
+        str, typer.Option(help="How far its mount stretches the membrane past the gauge at stretch 0.")
+    ] = "0mm",
+    gauge: Annotated[
+        str,
+        typer.Option(help="Unstretched length of the membrane between the clamps; --mount-prestretch comes on top."),
+    ] = "100mm",
     at: Annotated[str, typer.Option(help="Place of the indenter, as in 5mm,0mm.")] = "0mm,0mm",
     tilt: Annotated[str, typer.Option(help="Turns of the indenter about x and y, as in 5deg,0deg.")] = "0deg,0deg",
     effects: Annotated[str, typer.Option(help="Names of effects with commas, as in wrinkling,sag.")] = "",

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -104,6 +105,8 @@ BAD = [
     (["new", "tre", "mine"], "tree"),
     (["press", "--indenter", "ball:20mm", "--stretch", "30mm", "--depth", "10mm"], "sphere"),
     (["press", "--indenter", "sphere:20mm", "--stretch", "30", "--depth", "10mm"], "30 mm"),
+    (["press", "--indenter", "cube:1mm", "--stretch", "30mm", "--depth", "3mm"], "a side of at least 2 mm"),
+    (["press", "--indenter", "cylinder:1mm", "--stretch", "30mm", "--depth", "3mm"], "as in cylinder:1mm:0.25mm"),
     (["press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--at", "5mm"], "pair"),
     (["new", "tree", "My Tree"], "small letters"),
     (["new", "device", "mine"], "--kind Arm, Gripper, DepthCamera, ForceSensor"),
@@ -360,6 +363,11 @@ def test_press_json_is_the_contract(cli, tmp_path):
     assert result["contact"].keys() == {"area_mm2", "radius_mm", "nodes"}
     assert result.keys() == {"force_N", "force_error_N", "contact", "balance", "iterations", "residual", "seconds"}
     assert (tmp_path / "sheet.png").stat().st_size > 1000
+
+
+def test_press_says_that_the_mount_comes_on_top_of_the_gauge(cli):
+    said = re.sub(r"\W+", " ", cli("press", "--help")[1])
+    assert "Unstretched length of the membrane between the clamps mount prestretch comes on top" in said
 
 
 def test_press_shows_its_warnings_beside_its_answer(cli):

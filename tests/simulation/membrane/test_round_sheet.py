@@ -4,6 +4,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.axisymmetric import CircularMembrane
 from stretch_bt.simulation.membrane.indenters.base import Zone
 from stretch_bt.simulation.membrane.indenters.placed import place
@@ -140,3 +141,12 @@ def test_materials_effects_and_warm_starts_carry_over():
     cold = RoundSheet(1.0, 1.0, mooney, 1.2).press(SPHERE, 0.22)
     assert warm.force[2] == pytest.approx(cold.force[2], rel=1e-3)
     assert RoundSheet(1.0, 1.0, mooney).press(SPHERE, 0.2).force[2] < 0.5 * first.force[2]
+
+
+def test_a_ball_that_sinks_through_the_elements_asks_for_a_finer_mesh_which_finds_the_press():
+    membrane, ball = RoundSheet(0.08, 0.003, NeoHookean(20e3), 2.0), Sphere(0.012)
+    with pytest.raises(NoEquilibrium, match=r"too coarse for it: use a finer mesh, such as one of 0\.52 mm") as refused:
+        membrane.press(ball, 0.019)
+    assert "limit point" not in refused.value.reason
+    found = membrane.press(ball, 0.019, settings=Settings(mesh=0.52e-3))
+    assert abs(found.force[2] - 1.8963) < 2 * found.force_error < 0.03

@@ -6,6 +6,11 @@ import numpy as np
 import pytest
 
 from stretch_bt.simulation import press
+from stretch_bt.simulation.membrane.indenters.box import Box
+from stretch_bt.simulation.membrane.indenters.cube import Cube
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 # indenter, stretch, depth, place, force on elements 0.3 times as long that grow by 1.35, 0.2 times under cones
@@ -27,6 +32,17 @@ PRESSES = {
         ("cube:30mm", 0.02, 0.006, (0, 0), (0.0, 0.0, 0.69719)),
         ("cube:15mm", 0.07, 0.012, (-0.005, 0.002), (0.02391, 0.00544, 1.76878)),
         ("cylinder:28mm", 0.04, 0.003, (0.005, 0.005), (-0.00133, 0.00107, 0.41970)),
+    ),
+    "rounded edges": (
+        (Box(0.0114, 0.0114, 0.0, 0.0057), 0.037, 0.011, (0, 0), (0.0, 0.0, 0.81191)),
+        (Box(0.0068, 0.0068, 0.0, 0.0034), 0.037, 0.0037, (0, 0), (0.0, 0.0, 0.16893)),
+        (Box(0.0146, 0.0146, 0.0, 0.0073), 0.061, 0.0077, (0, 0), (0.0, 0.0, 0.66084)),
+        (Box(0.0143, 0.0347, 0.0, 0.00715), 0.059, 0.009, (0, 0), (0.0, 0.0, 1.00286)),
+        (Box(0.0288, 0.0128, 0.0, 0.0064), 0.072, 0.0048, (0, 0), (0.0, 0.0, 0.68043)),
+        (Box(0.0082, 0.0216, 0.0, 0.0041), 0.078, 0.0026, (0, 0), (0.0, 0.0, 0.20260)),
+        (Box(0.0313, 0.0250, 0.0, 0.0070), 0.063, 0.0078, (0, 0), (0.0, 0.0, 1.27510)),
+        (Cube(0.0144, 0.0047), 0.059, 0.009, (0, 0), (0.0, 0.0, 0.95494)),
+        (HalfCylinder(0.0327, 0.0364), 0.061, 0.0025, (0, 0), (0.0, 0.0, 0.44334)),
     ),
     "slack": (
         ("sphere:20mm", 0.0, 0.004, (0.030, 0.028), (-0.00020, 0.00050, 0.00693)),
@@ -53,6 +69,25 @@ def test_a_stated_error_is_the_size_of_the_error(kind):
     assert np.abs(errors).max() < 2.5
     across = np.array([(p.force - force)[:2] / p.side_error for p, force in found])
     assert np.abs(across).max() < 2.5
+
+
+@pytest.mark.parametrize(("stretch", "depth"), [(0.03, 0.008), (0.05, 0.001), (0.075, 0.012)])
+def test_a_post_whose_edge_takes_its_face_is_a_ball_and_one_with_hardly_a_face_nearly(stretch, depth):
+    ball = press(Sphere(0.008), stretch, depth)
+    for post in (lambda edge: Box(0.008, 0.008, 0.3, edge), lambda edge: Cube(0.008, edge)):
+        found = press(post(0.004), stretch, depth)
+        assert (found.force, found.force_error) == pytest.approx((ball.force, ball.force_error), rel=1e-6)
+    posts = (lambda edge: Box(0.016, 0.008, 0.0, edge), lambda edge: Box(0.008, 0.008, 0.3, edge))
+    for post in (*posts, lambda edge: Cube(0.008, edge), lambda edge: Cylinder(0.008, edge)):
+        found, nearly = (press(post(0.004 * (1 - face)), stretch, depth) for face in (0.0, 1e-4))
+        told = [(p.force, p.force_error, p.contact.area) for p in (found, nearly)]
+        assert told[1] == pytest.approx(told[0], rel=1e-3)
+
+
+def test_a_post_without_a_face_is_pressed_as_deep_as_one_with_hardly_a_face():
+    found, nearly = (press(Box(0.01, 0.01, 0.0, edge), 0.03, 0.0275) for edge in (0.005, 0.004999))
+    assert found.force == pytest.approx(nearly.force, rel=1e-3)
+    assert found.warnings == nearly.warnings == ("the sheet also presses on the sides of the indenter",)
 
 
 def test_a_jump_between_meshes_is_within_what_settled_presses_state():

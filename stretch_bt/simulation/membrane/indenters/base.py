@@ -16,9 +16,10 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.plain_numbers import is_number
 
-__all__ = ["Gap", "Indenter", "Solid", "Zone", "empty_gap", "positive", "spacing"]
+__all__ = ["Gap", "Indenter", "Solid", "Zone", "empty_gap", "flatness", "positive", "spacing"]
 
 Array = npt.NDArray[np.float64]
+_FACE = 2.0  # radii of the edge from the middle of a face to where its edge begins, from which on it is one
 
 
 class Gap(NamedTuple):
@@ -104,6 +105,11 @@ class Solid(ABC):
         return 0.0
 
     @property
+    def post(self) -> bool:
+        """Whether its sides are its own, for the sheet to press on, and not of a shank that only holds it."""
+        return self.flat > 0
+
+    @property
     def bulk(self) -> float:
         """Endless: it goes on downwards."""
         return math.inf
@@ -129,6 +135,15 @@ def spacing(radius: float, gauge: float) -> float:
     The contact radius grows as the square root of radius x depth, and depths scale with the sheet.
     """
     return 0.015 * gauge * math.sqrt(10 * radius / gauge)
+
+
+def flatness(flat: float, edge: float) -> float:
+    """Return how far a top of half extent `flat`, m, within an edge of this radius, m, is a face: 1, or 0 for a round tip.
+
+    In between it is a tip that the force spreads over, and all that tells faces from tips follows this share, so that no
+    answer jumps where an edge takes the last of the face.
+    """
+    return min(1.0, flat / (_FACE * edge))
 
 
 def positive(name: str, value: float, unit: str = "m") -> None:

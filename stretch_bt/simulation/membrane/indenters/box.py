@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive
+from stretch_bt.simulation.membrane.indenters.edges import edge_zones
 
 __all__ = ["Box"]
 
@@ -46,6 +47,11 @@ class Box(Solid):
         return self.tip_radius - self.edge
 
     @property
+    def post(self) -> bool:
+        """True, also where its edge leaves no face."""
+        return True
+
+    @property
     def _halves(self) -> tuple[float, float]:
         return self.first / 2 - self.edge, self.second / 2 - self.edge
 
@@ -77,14 +83,4 @@ class Box(Solid):
 
     def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
         """Return the extent of its edges: strips along those that run along an axis, else all in between."""
-        size = 3 * spacing(self.edge, gauge)
-        corners = np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]) * (self.first / 2, self.second / 2, 0)
-        turned = corners @ (rotation @ self._turn).T
-        return _zones(turned[:, 0], size), _zones(turned[:, 1], size)
-
-
-def _zones(corners: Array, size: float) -> list[Zone]:
-    places = np.unique(np.round(corners, 9))
-    if len(places) == 2:
-        return [Zone(float(p) - 1.5 * size, float(p) + 1.5 * size, size) for p in places]
-    return [Zone(float(places[0]) - 1.5 * size, float(places[-1]) + 1.5 * size, size)]
+        return edge_zones(self._halves, self.edge, rotation @ self._turn, gauge, turned=True)

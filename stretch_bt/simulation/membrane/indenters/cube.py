@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive
+from stretch_bt.simulation.membrane.indenters.edges import edge_zones
 
 __all__ = ["Cube"]
 
@@ -42,6 +43,11 @@ class Cube(Solid):
         """Half the side of its flat face, m."""
         return self.side / 2 - self.edge
 
+    @property
+    def post(self) -> bool:
+        """True, also where its edge leaves no face."""
+        return True
+
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return half the extent of its flat top along x and y, m, as the rotation leaves it."""
         along = self.flat * np.abs(rotation[:2, :2]).sum(axis=1)
@@ -62,10 +68,4 @@ class Cube(Solid):
 
     def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
         """Return a strip along each edge, as the rotation leaves it."""
-        size = 3 * spacing(self.edge, gauge)
-        corners = self.side / 2 * np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]) @ rotation.T
-        return _strips(corners[:, 0], size), _strips(corners[:, 1], size)
-
-
-def _strips(places: Array, size: float) -> list[Zone]:
-    return [Zone(float(p) - 1.5 * size, float(p) + 1.5 * size, size) for p in places]
+        return edge_zones((self.flat, self.flat), self.edge, rotation, gauge, turned=False)

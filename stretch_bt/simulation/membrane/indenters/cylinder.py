@@ -41,6 +41,11 @@ class Cylinder(Solid):
         """Radius of its face, m."""
         return self.diameter / 2 - self.rim
 
+    @property
+    def post(self) -> bool:
+        """True, also where its edge leaves no face."""
+        return True
+
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m."""
         from stretch_bt.simulation.membrane.indenters.distance_kernel import shaft

@@ -22,6 +22,8 @@ _FORMS = {
     "height": "height:part.npy:0.5mm, a file of heights in m over a square grid, and its pitch",
 }
 
+_SMALLEST = 2e-3  # m; a cube or cylinder that has just room for the fillet that it gets
+
 
 def parse_indenter(text: str) -> Indenter:
     """Return the indenter that a text such as `sphere:20mm` names.
@@ -45,6 +47,15 @@ def parse_indenter(text: str) -> Indenter:
         angle, tip = KINDS["Angle"].parse(sizes[0]), [KINDS["Length"].parse(s) for s in sizes[1:]]
         return Cone(angle, *tip)
     lengths = [KINDS["Length"].parse(size) for size in sizes]
+    if name == "cube" and 0 < lengths[0] < _SMALLEST:
+        raise InvalidInput(
+            f"{text!r} has no room for its edge fillets of 1 mm: write a side of at least 2 mm, or give it smaller ones in "
+            f"Python, as in Cube({lengths[0]:g}, edge={lengths[0] / 4:g})"
+        )
+    if name == "cylinder" and len(lengths) == 1 and 0 < lengths[0] < _SMALLEST:
+        raise InvalidInput(
+            f"{text!r} has no room for a rim fillet of 1 mm: write a smaller one too, as in {text}:{lengths[0] * 250:g}mm"
+        )
     if name == "sphere":
         return Sphere(*lengths)
     return Cylinder(*lengths) if name == "cylinder" else Cube(*lengths)

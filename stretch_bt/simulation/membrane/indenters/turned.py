@@ -82,6 +82,11 @@ class Turned(Solid):
         return self.indenter.flat
 
     @property
+    def post(self) -> bool:
+        """The body's own."""
+        return bool(getattr(self.indenter, "post", self.flat > 0))
+
+    @property
     def bulk(self) -> float:
         """The body's own, m."""
         return self.indenter.bulk

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from stretch_bt.errors import Impossible, NoEquilibrium
+from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.error_law import side_error
@@ -16,6 +17,7 @@ from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Minimum, Newton
 from stretch_bt.simulation.membrane.sheet.overhang import overhang
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
+from stretch_bt.simulation.membrane.sheet.reach import MeshTooCoarse
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_energy
 from stretch_bt.simulation.membrane.sheet.spline import Array
@@ -80,7 +82,7 @@ def _errors(layout: Layout, nodes: int, force: Array, more: RigidForce, pierced:
         relative,
         sideways,
         (across, float(added[2]) / along),
-        flat=layout.flat,
+        face=layout.face,
         tilted=layout.load.tilt != (0.0, 0.0),
     )
     error = math.hypot(relative * along, float(more.withheld[2]))
@@ -99,7 +101,7 @@ def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bo
     if np.abs(here.gradient[1:-1]).max() > _CREEPING * np.linalg.norm(here.force):
         yield "a slack part of the sheet still creeps, which hardly changes the force"
     rows = zip(problem.contacts, here.totals, strict=True)
-    if any(c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in rows):
+    if any(_is_post(c.body.indenter) and t[6] > _WRAPPED * t[3] for c, t in rows):
         yield "the sheet also presses on the sides of the indenter"
 
 
@@ -115,11 +117,20 @@ def check(result: SheetPress, problem: Problem, outcome: Minimum) -> None:
         )
     _check_borders(problem, outcome)
     for contact, row in zip(problem.contacts, totals, strict=True):
-        if contact.body.indenter.flat == 0 and row[6] > _WRAPPED * row[3]:
+        if not _is_post(contact.body.indenter) and row[6] > _WRAPPED * row[3]:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
         if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.travel):
-            raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
+            finest = problem.mesh.finest * problem.unit * 1e3
+            raise MeshTooCoarse(
+                f"the indenter sinks through the sheet between elements of {finest:.2g} mm, which are too coarse for it: "
+                f"use a finer mesh, such as one of {finest / 2:.2g} mm"
+            )
+
+
+def _is_post(body: Indenter) -> bool:
+    """Return whether the sides of a body are its own; others stand on a shank that only holds them."""
+    return bool(getattr(body, "post", body.flat > 0))
 
 
 def _check_borders(problem: Problem, outcome: Minimum) -> None:

@@ -31,7 +31,8 @@ def relative_error(
     strain: float,
     nodes: int,
     *,
-    flat: bool,
+    face: float,
+    ridge: float = 0.0,
     edge: float,
     sharp: bool,
     exact: bool,
@@ -53,8 +54,12 @@ def relative_error(
         Nominal strain between the clamps.
     nodes
         Quadrature points in contact.
-    flat, exact
-        Whether the indenter has a face and rim, and whether the forces were made to balance exactly or corrected.
+    face
+        How far the indenter is one with a face and rim, 1, or a round tip, 0.
+    ridge
+        How far it is longer than wide, 0 to 1: points along a ridge are off alike.
+    exact
+        Whether the forces were made to balance exactly or corrected.
     shallow
         Whether so little of the sheet touches that a result that is not exact is less certain.
     edge
@@ -72,15 +77,16 @@ def relative_error(
     has_friction
         Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
-    base = _FLAT * scale**2 if flat else _ROUND * (scale**1.7 if scale > 1 else scale**2) / math.sqrt(max(nodes, 1))
+    tip = _ROUND * (scale**1.7 if scale > 1 else scale**2) * math.sqrt((1 + ridge) / max(nodes, 1))
+    base = tip + face * (_FLAT * scale**2 - tip)
     settled = (_SETTLED_SHALLOW if shallow else _SETTLED) * min(max(scale, 1.0), 2.0)
     return math.hypot(
         math.hypot(base, edge) * (1 + _SLACK * math.exp(-strain / _TAUT)),
-        (_PER_POINT_FLAT if flat else _PER_POINT) / max(nodes, 1),
+        (_PER_POINT + face * (_PER_POINT_FLAT - _PER_POINT)) / max(nodes, 1),
         _ADDED * added * math.hypot(1.0, added / _STRAINED),
         _ADDED_ACROSS * across,
         _SLIPPING * sideways**2,
-        _RIM if flat and tilted else 0.0,
+        _RIM * face if tilted else 0.0,
         overhang * math.hypot(_OVERHANG, _SLID * added),
         _SHARP if sharp else 0.0,
         0.0 if exact else settled,
@@ -88,7 +94,7 @@ def relative_error(
     )
 
 
-def side_error(relative: float, sideways: float, added: tuple[float, float], *, flat: bool, tilted: bool) -> float:
+def side_error(relative: float, sideways: float, added: tuple[float, float], *, face: float, tilted: bool) -> float:
     """Return the standard deviation of the error of either force across, over the force along z.
 
     Parameters
@@ -99,9 +105,11 @@ def side_error(relative: float, sideways: float, added: tuple[float, float], *, 
         Force across over the force along z.
     added
         Correction to rigid contact across and along z, over the force along z.
-    flat, tilted
-        Whether the indenter has a face and rim, and whether it is tilted: it then stands on its rim.
+    face
+        How far the indenter is one with a face and rim, 1, or a round tip, 0.
+    tilted
+        Whether it is tilted: one with a rim then stands on it.
     """
-    rim = (_SIDE_TILTED if tilted else _SIDE_FLAT) if flat else 0.0
-    along = math.hypot(relative, _SIDE_ADDED_FLAT * added[1]) if flat else 0.6 * relative
+    rim = face * (_SIDE_TILTED if tilted else _SIDE_FLAT)
+    along = math.hypot((0.6 + 0.4 * face) * relative, _SIDE_ADDED_FLAT * face * added[1])
     return math.hypot(along, _SIDE * sideways, _SIDE_ADDED * added[0], rim)

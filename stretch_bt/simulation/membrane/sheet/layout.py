@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.indenters.base import Zone
+from stretch_bt.simulation.membrane.indenters.base import Zone, flatness, spacing
 from stretch_bt.simulation.membrane.indenters.placed import Placed, place
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -22,6 +22,7 @@ _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
 _OVER, _BESIDE = 0.010, 0.005  # relative error of the force of a body over an edge of the sheet, or beside it
 _PLATE = 4.0  # stiffness of contact over the usual one where a plate gathers the pressure on a tip
+_TIP = 3.0  # elements from the middle of a round tip to where the sheet leaves it
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -53,7 +54,7 @@ class Layout:
         A plate on a sharp tip gathers its pressure there, and is held by a stiffer contact.
         """
         factor = 4.5 * (self.scale**-2 if self.scale < 1 else 1 / self.scale)
-        stiffer = [_PLATE if self._is_sharp(body) and not body.indenter.flat else 1.0 for body in self.bodies]
+        stiffer = [_PLATE ** (1 - _face(body)) if self._is_sharp(body) else 1.0 for body in self.bodies]
         return [factor * more / size**2 for more, size in zip(stiffer, self._finest, strict=True)]
 
     def _is_sharp(self, body: Placed) -> bool:
@@ -77,9 +78,9 @@ class Layout:
         return np.multiply(at, self.sheet.outline.back(span / 100)) / self.unit
 
     @property
-    def flat(self) -> bool:
-        """Whether a body has a flat top."""
-        return any(b.indenter.flat > 0 for b in self.bodies)
+    def face(self) -> float:
+        """How far the flattest body is one with a face, 0 to 1."""
+        return max(map(_face, self.bodies))
 
     def error(self, nodes: int, added: float, across: float, sideways: float, overhang: float) -> float:
         """Return the estimated error of the force over the force; the arguments are as in `relative_error`."""
@@ -87,7 +88,10 @@ class Layout:
             self.scale,
             self.strain,
             nodes,
-            flat=self.flat,
+            face=max(map(_rim, self.bodies)),
+            ridge=max(
+                min(1.0, _length(b) / (_TIP * spacing(b.indenter.feature, self.sheet.gauge))) for b in self.bodies
+            ),
             edge=self._edge(),
             sharp=any(self._is_sharp(body) for body in self.bodies),
             exact=self.settings.exact or self.settings.corrected,
@@ -115,13 +119,29 @@ class Layout:
 
     def _zones(self, body: Placed) -> Zones:
         """Return zones on the unstretched sheet; widths and sizes are kept, places are carried back."""
-        finer = 0.5 ** _refinement(self.depth) if body.indenter.flat == 0 else 1.0
+        finer = 0.5 ** (_refinement(self.depth) * (1 - _face(body)))
         back = self.sheet.outline.back(self.span / 100)
         x, y = (
             [_zone(z, shrink, finer, self.unit) for z in zones]
             for zones, shrink in zip(body.zones(self.sheet.gauge), back, strict=True)
         )
         return x, y
+
+
+def _face(body: Placed) -> float:
+    return flatness(body.indenter.flat, body.indenter.feature)
+
+
+def _rim(body: Placed) -> float:
+    """Return how far the error of a body's force is one of a face and rim; a ridge counts half, for the rims at its ends."""
+    face = _face(body)
+    return face + (1 - face) * flatness(_length(body), body.indenter.feature) / 2
+
+
+def _length(body: Placed) -> float:
+    """Return half the length of a ridge, m, past its width; 0 for a tip or a face that is as wide as long."""
+    x, y = body.indenter.crest(body.rotation)
+    return abs(x - y)
 
 
 def _zone(zone: Zone, shrink: float, finer: float, unit: float) -> Zone:

@@ -7,13 +7,17 @@ from collections.abc import Callable
 from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 
-__all__ = ["BudgetSpent", "reach"]
+__all__ = ["BudgetSpent", "MeshTooCoarse", "reach"]
 
 _FIRST = 0.5
 _LEAST = 1 / 64
 _WIDER = 1.5
 
 Attempt = Callable[[float, SheetPress | None], SheetPress]
+
+
+class MeshTooCoarse(NoEquilibrium):
+    """None was found, and a finer mesh may find one."""
 
 
 class BudgetSpent(Exception):
@@ -48,7 +52,9 @@ def reach(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
             return state
     if state is None:
         raise failure
-    depth = state.load.depth * 1e3
+    past = f"past a depth of {state.load.depth * 1e3:.3g} mm"
+    if isinstance(failure, MeshTooCoarse):
+        raise MeshTooCoarse(f"{past} {failure.reason}")
     raise NoEquilibrium(
-        f"past a depth of {depth:.3g} mm no equilibrium was found, as at a limit point or on a mesh too coarse: {failure.reason}"
+        f"{past} no equilibrium was found, as at a limit point or on a mesh too coarse: {failure.reason}"
     )

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.base import Indenter, flatness
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.sheet import contact_kernel
@@ -245,7 +245,6 @@ def _least(contact: ContactPenalty, sunk: Array, area: Array) -> float:
     1 - exp(-s/sqrt(T/stiffness)), s from where the pressure ends, and the straight piece of sheet outside belongs to a
     rigid contact that ends at s = sqrt(T/stiffness).
     """
-    if contact.body.indenter.flat > 0:
-        return -_FLAT * contact.offset
-    pressed = np.maximum(sunk, 0.0) * area
-    return float((1 - np.exp(-1)) * (pressed @ sunk) / max(pressed.sum(), 1e-300))
+    body, pressed = contact.body.indenter, np.maximum(sunk, 0.0) * area
+    tip = (1 - np.exp(-1)) * (pressed @ sunk) / max(pressed.sum(), 1e-300)
+    return float(tip + flatness(body.flat, body.feature) * (-_FLAT * contact.offset - tip))
