@@ -53,7 +53,7 @@ def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt
 def predicted(
     tolerances: Mapping[str, float],
     off: Mapping[str, Mapping[str, Size]],
-    solver: Mapping[str, float] | None,
+    solver: Mapping[str, float],
     spread: float = 1.0,
 ) -> dict[str, Predicted]:
     """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver.
@@ -65,7 +65,7 @@ def predicted(
         parts = {effect: sizes[name] for effect, sizes in off.items() if name in sizes and sizes[name].value > 0}
         every = np.ones((1, len(parts)), dtype=np.bool_)
         effects = spread * float(predictions(list(parts.values()), every)[0]) if parts else 0.0
-        own = None if solver is None else solver.get(name)
+        own = solver.get(name)
         total = (own or 0.0) + spread * sum(size.value for size in parts.values())
         largest = tuple(sorted(parts, key=lambda effect: -parts[effect].value))
         value = math.hypot(own or 0.0, effects)

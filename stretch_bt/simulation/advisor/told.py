@@ -28,16 +28,24 @@ def quantity(observable: str, value: float) -> str:
 
 def line(scene: Scene, chosen: Chosen) -> str:
     """Return choice, prediction and cost in one line."""
-    told = ", ".join(_of(p) for p in chosen.predicted.values()) or "no result has a tolerance"
+    told = ", ".join(_of(p, scene, chosen) for p in chosen.predicted.values()) or "no result has a tolerance"
     on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
     cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
     return f"predicted {told}; on: {on}; {_solved(scene, chosen)}{cost}"
 
 
-def _of(predicted: Predicted) -> str:
-    name = predicted.observable
-    parts = f"{name} {quantity(name, predicted.value)} of {quantity(name, predicted.tolerance)}"
-    return f"{parts} ({quantity(name, predicted.total)} as a plain sum)"
+def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
+    name, solved_by = predicted.observable, "the sheet" if chosen.rung else f"{scene.fidelity} fidelity"
+    value, tolerance, effects, total = (
+        quantity(name, size) for size in (predicted.value, predicted.tolerance, predicted.effects, predicted.total)
+    )
+    if predicted.solver is None:
+        return f"{name} unknown of {tolerance} (nothing known of {solved_by} itself, {effects} by effects that are off)"
+    own = quantity(name, predicted.solver)
+    return (
+        f"{name} {value} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
+        f"{total} as a plain sum)"
+    )
 
 
 def _bias(names: Iterable[str]) -> list[str]:
