@@ -68,8 +68,8 @@ class Friction(MembraneEffect):
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the effect of keeping the sheet from sliding over the body: the sheet pulls harder, the further it would slide."""
         mu = max(parameters.coefficient, 1e-3)
-        why = f"a coefficient of {parameters.coefficient:g} at a strain of {case.strain:.2g}"
-        how = {"depth": case.depth, "contact": case.held_radius, "strain": max(case.strain, 1e-3), "friction": mu}
+        why = f"a coefficient of {parameters.coefficient:g} at a strain of {case.taut:.2g}"
+        how = {"depth": case.depth, "contact": case.held_radius, "strain": case.taut, "friction": mu}
         holds = case.rough.holds
         law = _CORNERED if case.rough.cornered else _FORCE[holds]
         yield from case.from_force(law.at(**how), why, way=1)

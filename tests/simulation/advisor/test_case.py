@@ -1,0 +1,32 @@
+"""Estimates against the twin with everything on, and with everything on but one effect, at the end of the range of a scene's numbers."""
+
+import math
+
+import pytest
+
+from stretch_bt.accuracy.twin.press_tasks import apart, possible, pressed, scene_with
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.advisor.choose import judge
+from stretch_bt.simulation.scene import parse_scene
+
+HEAD = "format: stretch-scene/1\ntolerance: {height: 0.3 mm, size: 1 mm, force: 3 %}\n"
+BALL = "object: {type: sphere, diameter: 40 mm, rigid: true}\n"
+SLACK = f"{BALL}hand: {{mount_prestretch: 0 mm}}\nconditions: {{stretch: 0 mm, depth: %g mm}}\n"
+#: by name: a scene, and what each effect changes by more than a tenth of the tolerance in it
+SCENES = {
+    "slack": (SLACK % 8, {"bending": ("force",), "wrinkling": ("force", "size")}),
+    "slack and shallow": (SLACK % 4, {"bending": ("force", "size"), "wrinkling": ("force",)}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_an_estimate_holds_within_a_factor_of_two_at_the_end_of_a_range(name):
+    text, effects = HEAD + SCENES[name][0], SCENES[name][1]
+    every, scene = set(possible(text)), parse_scene(text)
+    judged, known = judge(scene, Case(scene, scene.object.rough())), pressed(scene_with(text, every), within=0.01)
+    for effect, observables in effects.items():
+        changed = apart(known, pressed(scene_with(text, every - {effect}), within=0.01))
+        for observable in observables:
+            told = judged[effect].sizes[observable]
+            assert 0.5 < told.value / abs(changed[observable]) < 2, (effect, observable, told, changed)
+            assert told.way in (0, math.copysign(1, changed[observable])), (effect, observable)
