@@ -16,6 +16,11 @@ SLACK = f"{BALL}hand: {{mount_prestretch: 0 mm}}\nconditions: {{stretch: 0 mm, d
 SCENES = {
     "slack": (SLACK % 8, {"bending": ("force",), "wrinkling": ("force", "size")}),
     "slack and shallow": (SLACK % 4, {"bending": ("force", "size"), "wrinkling": ("force",)}),
+    "long": (f"{BALL}conditions: {{stretch: 200 mm, depth: 8 mm}}\n", {"bending": ("force", "size")}),
+    "long, a crest": (
+        "object: {type: half_cylinder, diameter: 40 mm, length: 40 mm, rigid: true}\nconditions: {stretch: 150 mm}\n",
+        {"bending": ("force", "size")},
+    ),
 }
 
 
