@@ -21,6 +21,19 @@ SCENES = {
         "object: {type: half_cylinder, diameter: 40 mm, length: 40 mm, rigid: true}\nconditions: {stretch: 150 mm}\n",
         {"bending": ("force", "size")},
     ),
+    "a bridge across": (
+        "object: {type: bridge, length: 60 mm, width: 20 mm, height: 40 mm, span: 30 mm, rigid: true}\nconditions: {stretch: 20 mm}\n",
+        {"friction": ("force",)},
+    ),
+    "a bar along": (
+        "object: {type: box, length: 64 mm, width: 13 mm, height: 60 mm, heading: 90 deg, rigid: true}\n"
+        "conditions: {stretch: 0 mm, depth: 8 mm}\n",
+        {"friction": ("force",)},
+    ),
+    "a crest along": (
+        "object: {type: half_cylinder, diameter: 29 mm, length: 29 mm, heading: 80 deg, rigid: true}\nconditions: {stretch: 0 mm}\n",
+        {"friction": ("force",)},
+    ),
 }
 
 
