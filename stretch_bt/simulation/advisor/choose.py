@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
@@ -23,6 +24,7 @@ NOISE = ("camera", "robot")
 _SAME = 1 + 1e-9  # factor on a tolerance, for rounding
 #: joint change by effects over its estimate: the 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
 _SPREAD = 1.25
+_SEVERAL = "no estimate holds where several objects hold the membrane, which hangs freely between them"
 Sizes = Mapping[str, Size]
 
 
@@ -87,6 +89,8 @@ def judge(scene: Scene, case: Case) -> dict[str, Judged]:
             for size in effect.sizes(case, scene.parameters(effect)):
                 known = sizes.get(size.observable)
                 sizes[size.observable] = size if known is None or size.value > known.value else known
+            if case.rough.several:
+                sizes |= {observable: Size(observable, math.inf, _SEVERAL) for observable in effect.under_one}
             found[name] = Judged(effect, sizes, scene.choice(name))
     return found
 
@@ -171,10 +175,15 @@ class _Choice:
         within = np.ones(len(choices), dtype=np.bool_)
         solver, spread = (self._solver(rung), _SPREAD) if self.strict else ({}, 1.0)
         for name, tolerance in self.tolerances.items():
-            sizes = [j.sizes.get(name) for j in self.bias.values()]
+            sizes = [self._weighed(j.sizes.get(name), j) for j in self.bias.values()]
             value = np.hypot(spread * predictions(sizes, ~choices), solver.get(name, 0.0))
             within &= value <= tolerance * _SAME
         return within
+
+    @staticmethod
+    def _weighed(size: Size | None, judged: Judged) -> Size | None:
+        """Return a change, None for one that nothing is known of and that the scene switches off by name: no choice makes it smaller."""
+        return None if size is not None and math.isinf(size.value) and not judged.free else size
 
     def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Return which choices have no effect on without the one that it needs, except effects that the scene names."""

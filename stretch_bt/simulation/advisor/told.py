@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
@@ -39,6 +40,8 @@ def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
     value, tolerance, effects, total = (
         quantity(name, size) for size in (predicted.value, predicted.tolerance, predicted.effects, predicted.total)
     )
+    if math.isinf(predicted.effects):
+        return f"{name} unknown of {tolerance} (no estimate holds of an effect that is off)"
     if predicted.solver is None:
         return f"{name} unknown of {tolerance} (nothing known of {solved_by} itself, {effects} by effects that are off)"
     own = quantity(name, predicted.solver)
@@ -93,6 +96,12 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
             f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
             f"{scene.object.type}{remedy}"
         )
+    if endless := [p.observable for p in missed if math.isinf(p.effects)]:
+        names = " and ".join(endless)
+        return (
+            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, chosen, missed)}; "
+            f"leave its effects to the advisor, or {names} out of --tolerance"
+        )
     best = ", ".join(
         f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed
     )
@@ -118,6 +127,12 @@ def _rounded(predicted: Predicted) -> str:
     return quantity(predicted.observable, predicted.value * _FREELY).replace(" ", "")
 
 
+def _finite(predicted: dict[str, Any]) -> dict[str, Any]:
+    """Return a prediction with null for what is not known, as JSON has no number for it."""
+    known = {name: None if isinstance(v, float) and math.isinf(v) else v for name, v in predicted.items()}
+    return {**known, "left_off": list(predicted["left_off"])}
+
+
 def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
     """Return a choice as records and `--json` have it, SI."""
     return {
@@ -125,7 +140,7 @@ def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
         "on": [name for name in registry() if name in chosen.on],
         "sheet": chosen.rung,
         "settings": asdict(RUNGS[chosen.rung]) if chosen.rung else None,
-        "predicted": {name: {**asdict(p), "left_off": list(p.left_off)} for name, p in chosen.predicted.items()},
+        "predicted": {name: _finite(asdict(p)) for name, p in chosen.predicted.items()},
         "cost_ms": chosen.cost_ms,
         "reached": chosen.reached,
         "line": line(scene, chosen),

@@ -62,6 +62,7 @@ class Bending(MembraneEffect):
     order = 2
     cost_ms = 3.0
     cost_per = "solve"
+    under_one = ("height", "size")
     worth = 0.1  # its error is alike in each press, and no average takes it away
 
     @classmethod

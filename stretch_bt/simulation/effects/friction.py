@@ -31,6 +31,8 @@ _FORCE: Mapping[Holds, PowerLaw] = {
 }
 #: the same change of the force over a flat top with corners
 _CORNERED = PowerLaw(0.0395, depth=1.1, contact=-0.69, strain=0.66, friction=0.5, wide=-1.51, aspect=0.55)
+#: and over several objects, whatever they are: the sheet slides from one to the next
+_BESIDE = PowerLaw(0.0219, depth=0.62, strain=0.09, friction=0.6)
 _HEIGHT: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.015e-3, depth=1.7, friction=1.0),
     "ridge": PowerLaw(0.006e-3, depth=1.7, friction=1.0),
@@ -62,6 +64,7 @@ class Friction(MembraneEffect):
     order = 4
     cost_ms = 50.0
     cost_per = "reading"
+    under_one = ("height", "size")
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
@@ -74,7 +77,7 @@ class Friction(MembraneEffect):
         why = f"a coefficient of {parameters.coefficient:g} at a strain of {case.taut:.2g}"
         how = {"depth": case.depth, "contact": case.held_radius, "strain": case.taut, "friction": mu}
         holds = case.rough.holds
-        law = _CORNERED if case.rough.cornered else _FORCE[holds]
+        law = _BESIDE if case.rough.several else _CORNERED if case.rough.cornered else _FORCE[holds]
         yield from case.from_force(law.at(**how, aspect=case.rough.aspect), why, way=1)
         yield Size("height", _HEIGHT[holds].at(**how), why)
         yield Size("size", _SIZE[holds].at(**how), why, way=1)

@@ -49,6 +49,7 @@ class Sag(MembraneEffect):
     order = 1
     cost_ms = 2.0
     cost_per = "solve"
+    under_one = ("height", "size")
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:

@@ -12,6 +12,7 @@ from stretch_bt.simulation.scene import parse_scene
 HEAD = "format: stretch-scene/1\ntolerance: {height: 0.3 mm, size: 1 mm, force: 3 %}\n"
 BALL = "object: {type: sphere, diameter: 40 mm, rigid: true}\n"
 SLACK = f"{BALL}hand: {{mount_prestretch: 0 mm}}\nconditions: {{stretch: 0 mm, depth: %g mm}}\n"
+POST = "{type: box, length: 10 mm, width: 10 mm, height: 30 mm, rigid: true, position: {x: %g mm, y: %g mm}}"
 #: by name: a scene, and what each effect changes by more than a tenth of the tolerance in it
 SCENES = {
     "slack": (SLACK % 8, {"bending": ("force",), "wrinkling": ("force", "size")}),
@@ -20,6 +21,11 @@ SCENES = {
     "long, a crest": (
         "object: {type: half_cylinder, diameter: 40 mm, length: 40 mm, rigid: true}\nconditions: {stretch: 150 mm}\n",
         {"bending": ("force", "size")},
+    ),
+    "posts": (
+        f"object: {{type: several, objects: [{', '.join(POST % at for at in ((-13, -8), (13, 8), (8, -13)))}]}}\n"
+        "conditions: {stretch: 0 mm, depth: 6 mm}\n",
+        {"bending": ("force",), "friction": ("force",), "sag": ("force",)},
     ),
     "a bridge across": (
         "object: {type: bridge, length: 60 mm, width: 20 mm, height: 40 mm, span: 30 mm, rigid: true}\nconditions: {stretch: 20 mm}\n",

@@ -1,6 +1,7 @@
 """The cheapest choice within a tolerance, and what is predicted of it."""
 
 import itertools
+import json
 import math
 
 import numpy as np
@@ -134,6 +135,44 @@ def test_what_nothing_is_known_of_is_told_as_such():
     assert found.predicted["height"].solver is None
     assert not found.reached
     assert "height unknown of 0.3 mm (nothing known of hertz fidelity itself, " in to_json(scene, found)["line"]
+
+
+BALL = "type: sphere, diameter: 20 mm, rigid: true"
+PAIR = (
+    f"object: {{type: several, objects: [{{{BALL}, position: {{x: -15 mm}}}}, {{{BALL}, position: {{x: 15 mm}}}}]}}\n"
+    "tolerance: {height: 9 mm, force: 90 %}\n"
+)
+
+
+def test_effects_without_an_estimate_are_on_and_say_so():
+    scene = parse_scene(f"{HEAD}{PAIR}")
+    unknown = {v.name: v for v in advise(scene) if v.possible and v.observable and v.estimate is None}
+    assert unknown.keys() == {"sag", "bending", "friction"}
+    assert all(v.on and not v.near and "no estimate holds where several objects" in v.why for v in unknown.values())
+    assert choose(scene).reached
+    assert choose(scene.with_(tolerance=read_asked({"force": "90 %"}))).on.isdisjoint(unknown)
+
+
+def test_objects_further_apart_than_the_membrane_reaches_have_the_estimates_of_one_alone():
+    apart = parse_scene(f"{HEAD}{PAIR.replace('15 mm', '150 mm')}")
+    alone = parse_scene(f"{HEAD}object: {{{BALL}}}\ntolerance: {{height: 9 mm, force: 90 %}}\n")
+    told = [
+        {v.name: v.estimate for v in advise(scene) if registry()[v.name].group == "membrane"}
+        for scene in (apart, alone)
+    ]
+    assert told[0] == told[1]
+    assert None not in told[0].values()
+
+
+def test_an_effect_without_an_estimate_that_is_off_leaves_the_others_as_they_are():
+    scene = parse_scene(f"{HEAD}{PAIR}effects: {{friction: off}}\n")
+    found = choose(scene)
+    assert found.on == choose(parse_scene(f"{HEAD}{PAIR}")).on - {"friction"}
+    told = to_json(scene, found)
+    assert json.loads(json.dumps(told, allow_nan=False))["predicted"]["height"]["value"] is None
+    assert "height unknown of 9 mm (no estimate holds of an effect that is off)" in told["line"]
+    with pytest.raises(InvalidInput, match="no estimate of height holds, with friction off as the scene says; leave"):
+        demand(scene, read_asked({"height": "9 mm"}))
 
 
 def _counts(name, judged, found, observable):
