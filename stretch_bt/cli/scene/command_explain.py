@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import time
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -76,7 +77,7 @@ def _too_much(chosen: Chosen) -> list[Predicted]:
 def _left_off(predicted: Predicted) -> dict[str, Any]:
     return {
         "observable": predicted.observable,
-        "estimate": predicted.total - (predicted.solver or 0.0),
+        "estimate": None if math.isinf(predicted.total) else predicted.total - (predicted.solver or 0.0),
         "threshold": predicted.tolerance,
         "names": list(predicted.left_off),
     }
@@ -128,7 +129,8 @@ def _table(verdicts: list[Verdict], *, reasons: bool) -> Table:
     for v in verdicts:
         cost = f"{v.cost_ms:.3g} ms/{registry()[v.name].cost_per}"
         state = "[green]on[/]" if v.on else "[dim]off[/]"
-        cells = [v.name, state, v.observable or "", _of(v, v.estimate), _of(v, v.threshold), cost]
+        size = "unknown" if v.observable and v.estimate is None else _of(v, v.estimate)
+        cells = [v.name, state, v.observable or "", size, _of(v, v.threshold), cost]
         table.add_row(*cells, *([v.why] if reasons else []))
     return table
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -18,9 +19,9 @@ _UNITS = {"height": "m", "size": "m"}
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether an effect is on; the observable on which it weighs most, the size of that change, and the threshold from which
-    it matters, SI; `why` says where the numbers come from, `near` that they are within a factor of 3 of each other, and `possible`
-    that the scene can have it at all.
+    """Whether an effect is on; the observable on which it weighs most, the size of that change, None where no estimate holds, and the
+    threshold from which it matters, SI; `why` says where the numbers come from, `near` that they are within a factor of 3 of each other,
+    and `possible` that the scene can have it at all.
     """
 
     name: str
@@ -60,12 +61,15 @@ def _verdict(effect: type[Effect], judged: Judged | None, scene: Scene, chosen: 
     on = effect.name in chosen.on
     if not judged.free:
         why = f"the scene says {'on' if judged.named else 'off'}; {why}"
+    elif size is not None and math.isinf(size):
+        why = f"{why}; on to be safe"
     elif effect.name in chosen.together:
         why = f"{why}; on because the effects that are off would add up to too much"
     if effect.needs is not None and effect.needs not in chosen.on and (judged.named or _calls(size, limit)):
         why = f"{why}; without {effect.needs} it changes nothing"
     near = judged.free and bool(size) and limit is not None and limit / _NEAR < (size or 0.0) < limit * _NEAR
-    return Verdict(effect.name, on, named, size, limit, _UNITS.get(named or "", ""), effect.cost_ms, why, near)
+    known = None if size is None or math.isinf(size) else size
+    return Verdict(effect.name, on, named, known, limit, _UNITS.get(named or "", ""), effect.cost_ms, why, near)
 
 
 def _calls(size: float | None, limit: float | None) -> bool:

@@ -18,6 +18,7 @@ __all__ = ["DENSITY", "DROP", "GAUGE", "Case"]
 _FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cell, m
 GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
 DENSITY = 1070.0
+_LEAST = 1e-3  # strain of a sheet that nothing stretches
 _BEGIN, _ROUNDS = 10e-3, 20  # m, and rounds, in which a contact under a taut sheet is found
 DROP = 1.5e-3  # m, drop over which a stiffness is taken
 
@@ -55,9 +56,22 @@ class Case:
         return (self.stretch + self.scene.hand.mount_prestretch) / GAUGE
 
     @property
+    def taut(self) -> float:
+        """Strain of the sheet in the deepest press: what it has before, or what its own weight and the press give one that is slacker.
+
+        Both bend the sheet to a chain of two straight halves, or to a parabola, which is longer than the gauge.
+        """
+        pressed = math.hypot(1.0, 2 * self.depth / GAUGE) - 1
+        return max(self.strain, pressed + 8 / 3 * (self.sag / GAUGE) ** 2)
+
+    @property
     def tension(self) -> float:
-        """Mean of the two principal tensions, N/m, of the neo-Hookean sheet with its width held: mu H (l - 1/l^3)."""
-        stretched = 1 + max(self.strain, 1e-3)
+        """Mean of the two principal tensions in the deepest press, N/m."""
+        return self._tension(self.taut)
+
+    def _tension(self, strain: float) -> float:
+        """Return the mean of the two principal tensions, N/m, of the neo-Hookean sheet with its width held: mu H (l - 1/l^3)."""
+        stretched = 1 + max(strain, _LEAST)
         along, across = stretched - stretched**-3, 1 - stretched**-2
         return self.scene.hand.shear_modulus * _THICKNESS * (along + across) / 2
 
@@ -126,6 +140,16 @@ class Case:
         return _THICKNESS
 
     @property
+    def hung(self) -> float:
+        """Tension of the sheet before a press, N/m."""
+        return self._tension(self.strain)
+
+    @property
     def sag(self) -> float:
         """Sag of the membrane's middle at the lowest stretch, m: the sag of a string over the gauge, at most 6.8 mm."""
-        return min(DENSITY * 9.81 * _THICKNESS * GAUGE**2 / (8 * self.tension), 0.0068)
+        return min(DENSITY * 9.81 * _THICKNESS * GAUGE**2 / (8 * self.hung), 0.0068)
+
+    @property
+    def weight(self) -> float:
+        """Weight of the membrane, N."""
+        return DENSITY * 9.81 * _THICKNESS * GAUGE * _WIDTH

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
@@ -23,6 +24,7 @@ NOISE = ("camera", "robot")
 _SAME = 1 + 1e-9  # factor on a tolerance, for rounding
 #: joint change by effects over its estimate: the 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
 _SPREAD = 1.25
+_SEVERAL = "no estimate holds where several objects hold the membrane, which hangs freely between them"
 Sizes = Mapping[str, Size]
 
 
@@ -67,7 +69,7 @@ class Chosen:
     """Which effects are on, the setting that solves the sheet, None without a sheet, and the predicted difference of each result.
 
     `cost_ms` is about the time of a press, ms of CPU on the machine that the table was made on. `reached` says whether every
-    prediction is within its tolerance, and `together` names effects that are on though each alone would be small enough.
+    prediction is known and within its tolerance, and `together` names effects that are on though each alone would be small enough.
     """
 
     on: frozenset[str]
@@ -87,6 +89,8 @@ def judge(scene: Scene, case: Case) -> dict[str, Judged]:
             for size in effect.sizes(case, scene.parameters(effect)):
                 known = sizes.get(size.observable)
                 sizes[size.observable] = size if known is None or size.value > known.value else known
+            if case.rough.several:
+                sizes |= {observable: Size(observable, math.inf, _SEVERAL) for observable in effect.under_one}
             found[name] = Judged(effect, sizes, scene.choice(name))
     return found
 
@@ -95,7 +99,9 @@ def choose(scene: Scene) -> Chosen:
     """Return the cheapest choice whose predictions are within the tolerance, or else the most accurate one.
 
     Effects that the scene names stay as it says, and so do a fixed `fidelity` and the noise of camera and robot. An effect that alone is
-    larger than its share of a tolerance of the scene is on in any case.
+    larger than its share of a tolerance of the scene is on in any case. Where a scene fixes its fidelity and no run asks for a tolerance
+    the choice goes by the effects that are off alone, as estimated; the prediction counts the error of the sheet and the spread of
+    estimates all the same.
     """
     return _Choice(scene).best()
 
@@ -112,9 +118,9 @@ class _Choice:
         noise = {name: j for name, j in self.judged.items() if j.effect.group in NOISE}
         self.noise = {name for name, j in noise.items() if j.named or (j.free and j.calls(scene))}
         self.bias = {name: j for name, j in self.judged.items() if name not in noise}
-        #: whether the prediction is held at its 95th percentile, as a tolerance that is asked for needs
+        #: whether the whole prediction must stay within the tolerance, or the effects that are off by themselves, as estimated:
+        #: what a scene states switches nothing on for an error of a sheet that it fixes
         self.strict = bool(scene.asked) or scene.fidelity == "auto"
-        self.spread = _SPREAD if self.strict else 1.0
         self.rungs = self._rungs()
 
     def _rungs(self) -> list[str | None]:
@@ -130,7 +136,7 @@ class _Choice:
         called = told | (~fixed & np.array([j.calls(self.scene) for j in self.bias.values()], dtype=np.bool_))
         called = self._with_needs(called)
         least = [(rung, called) for rung in self.rungs]
-        within = [found for found in (self._at(*one) for one in least) if found.reached]
+        within = [self._at(*one) for one in least if self._known(one[0]) and self._within(one[1][None], one[0])[0]]
         if len(within) < len(self.rungs):
             within += self._added(names, called, self._helping() & ~fixed & ~called)
         if within:
@@ -160,18 +166,24 @@ class _Choice:
         times = [self.table.times(list(compress(names, choice))) for choice in choices]
         choices = choices[np.lexsort((choices.sum(axis=1), times))]  # the cheapest first, and of those the fewest
         for rung in self.rungs:
-            within = self._reaching(choices, self._solver(rung))
+            within = self._within(choices, rung)
             if within.any():
                 yield self._at(rung, choices[int(np.argmax(within))], called)
 
-    def _reaching(self, choices: npt.NDArray[np.bool_], solver: Mapping[str, float] | None) -> npt.NDArray[np.bool_]:
-        """Return which choices (n, effects) stay within every tolerance."""
+    def _within(self, choices: npt.NDArray[np.bool_], rung: str | None) -> npt.NDArray[np.bool_]:
+        """Return which choices (n, effects) stay within every tolerance, as far as the choice goes by it."""
         within = np.ones(len(choices), dtype=np.bool_)
+        solver, spread = (self._solver(rung), _SPREAD) if self.strict else ({}, 1.0)
         for name, tolerance in self.tolerances.items():
-            sizes = [j.sizes.get(name) for j in self.bias.values()]
-            value = np.hypot(self.spread * predictions(sizes, ~choices), (solver or {}).get(name, 0.0))
+            sizes = [self._weighed(j.sizes.get(name), j) for j in self.bias.values()]
+            value = np.hypot(spread * predictions(sizes, ~choices), solver.get(name, 0.0))
             within &= value <= tolerance * _SAME
         return within
+
+    @staticmethod
+    def _weighed(size: Size | None, judged: Judged) -> Size | None:
+        """Return a change, None for one that nothing is known of and that the scene switches off by name: no choice makes it smaller."""
+        return None if size is not None and math.isinf(size.value) and not judged.free else size
 
     def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Return which choices have no effect on without the one that it needs, except effects that the scene names."""
@@ -195,20 +207,20 @@ class _Choice:
             if needed in self.bias:
                 yield place, names.index(needed)
 
-    def _solver(self, rung: str | None) -> Mapping[str, float] | None:
-        """Return the error of a setting; None where it does not count, since a scene fixes it and no run asks for a tolerance."""
-        if not self.strict:
-            return None
+    def _solver(self, rung: str | None) -> Mapping[str, float]:
+        """Return the error of a setting, or of a fidelity without a sheet, by result."""
         return self.table.error(rung or self.scene.fidelity, self.case)
 
+    def _known(self, rung: str | None) -> bool:
+        """Return whether the error of a setting is known for every result that the choice goes by."""
+        return not self.strict or self.tolerances.keys() <= self._solver(rung).keys()
+
     def _at(self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None) -> Chosen:
-        solver = self._solver(rung)
         off = {name: self.bias[name].sizes for name in compress(self.bias, ~on)}
-        found = predicted(self.tolerances, off, solver, self.spread)
+        found = predicted(self.tolerances, off, self._solver(rung), _SPREAD)
         names = frozenset(compress(self.bias, on))
         more = frozenset(compress(self.bias, on & ~called)) if called is not None else frozenset()
-        known = solver is None or all(name in solver for name in found)
-        reached = known and all(p.ratio <= _SAME for p in found.values())
+        reached = all(p.solver is not None and p.ratio <= _SAME for p in found.values())
         cost = self.table.cost(rung, names, self.case) if rung else 0.0
         return Chosen(names | self.noise, rung, found, cost, reached, more)
 

@@ -20,7 +20,7 @@ class Predicted:
 
     `solver` is the 95th percentile of the error of the sheet's setting, None where none is known; `effects` the joint change by the
     effects left off, times the spread of their estimates; `value` the root of the sum of both squares, and `total` the plain sum of all.
-    `left_off` names them, the largest first.
+    `left_off` names them, the largest first. The effects are infinite, and so is all with them, where no estimate of one of them holds.
     """
 
     observable: str
@@ -44,8 +44,8 @@ def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt
     the effects of unknown sign are independent, so that their squares add up.
     """
     value, way = (np.array([getattr(size, name) if size else 0.0 for size in sizes]) for name in ("value", "way"))
-    up, down = (off @ np.where(way == sign, value, 0.0) for sign in (1, -1))
-    unsigned = off @ np.where(way == 0, value, 0.0) ** 2
+    up, down = (np.where(off & (way == sign), value, 0.0).sum(axis=1) for sign in (1, -1))
+    unsigned = np.where(off & (way == 0), value**2, 0.0).sum(axis=1)
     found: npt.NDArray[np.float64] = np.sqrt(np.maximum(up, down) ** 2 + unsigned)
     return found
 
@@ -53,7 +53,7 @@ def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt
 def predicted(
     tolerances: Mapping[str, float],
     off: Mapping[str, Mapping[str, Size]],
-    solver: Mapping[str, float] | None,
+    solver: Mapping[str, float],
     spread: float = 1.0,
 ) -> dict[str, Predicted]:
     """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver.
@@ -65,7 +65,7 @@ def predicted(
         parts = {effect: sizes[name] for effect, sizes in off.items() if name in sizes and sizes[name].value > 0}
         every = np.ones((1, len(parts)), dtype=np.bool_)
         effects = spread * float(predictions(list(parts.values()), every)[0]) if parts else 0.0
-        own = None if solver is None else solver.get(name)
+        own = solver.get(name)
         total = (own or 0.0) + spread * sum(size.value for size in parts.values())
         largest = tuple(sorted(parts, key=lambda effect: -parts[effect].value))
         value = math.hypot(own or 0.0, effects)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
@@ -28,16 +29,26 @@ def quantity(observable: str, value: float) -> str:
 
 def line(scene: Scene, chosen: Chosen) -> str:
     """Return choice, prediction and cost in one line."""
-    told = ", ".join(_of(p) for p in chosen.predicted.values()) or "no result has a tolerance"
+    told = ", ".join(_of(p, scene, chosen) for p in chosen.predicted.values()) or "no result has a tolerance"
     on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
     cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
     return f"predicted {told}; on: {on}; {_solved(scene, chosen)}{cost}"
 
 
-def _of(predicted: Predicted) -> str:
-    name = predicted.observable
-    parts = f"{name} {quantity(name, predicted.value)} of {quantity(name, predicted.tolerance)}"
-    return f"{parts} ({quantity(name, predicted.total)} as a plain sum)"
+def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
+    name, solved_by = predicted.observable, "the sheet" if chosen.rung else f"{scene.fidelity} fidelity"
+    value, tolerance, effects, total = (
+        quantity(name, size) for size in (predicted.value, predicted.tolerance, predicted.effects, predicted.total)
+    )
+    if math.isinf(predicted.effects):
+        return f"{name} unknown of {tolerance} (no estimate holds of an effect that is off)"
+    if predicted.solver is None:
+        return f"{name} unknown of {tolerance} (nothing known of {solved_by} itself, {effects} by effects that are off)"
+    own = quantity(name, predicted.solver)
+    return (
+        f"{name} {value} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
+        f"{total} as a plain sum)"
+    )
 
 
 def _bias(names: Iterable[str]) -> list[str]:
@@ -85,6 +96,12 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
             f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
             f"{scene.object.type}{remedy}"
         )
+    if endless := [p.observable for p in missed if math.isinf(p.effects)]:
+        names = " and ".join(endless)
+        return (
+            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, chosen, missed)}; "
+            f"leave its effects to the advisor, or {names} out of --tolerance"
+        )
     best = ", ".join(
         f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed
     )
@@ -110,6 +127,12 @@ def _rounded(predicted: Predicted) -> str:
     return quantity(predicted.observable, predicted.value * _FREELY).replace(" ", "")
 
 
+def _finite(predicted: dict[str, Any]) -> dict[str, Any]:
+    """Return a prediction with null for what is not known, as JSON has no number for it."""
+    known = {name: None if isinstance(v, float) and math.isinf(v) else v for name, v in predicted.items()}
+    return {**known, "left_off": list(predicted["left_off"])}
+
+
 def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
     """Return a choice as records and `--json` have it, SI."""
     return {
@@ -117,7 +140,7 @@ def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
         "on": [name for name in registry() if name in chosen.on],
         "sheet": chosen.rung,
         "settings": asdict(RUNGS[chosen.rung]) if chosen.rung else None,
-        "predicted": {name: {**asdict(p), "left_off": list(p.left_off)} for name, p in chosen.predicted.items()},
+        "predicted": {name: _finite(asdict(p)) for name, p in chosen.predicted.items()},
         "cost_ms": chosen.cost_ms,
         "reached": chosen.reached,
         "line": line(scene, chosen),

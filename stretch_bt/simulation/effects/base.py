@@ -52,7 +52,8 @@ class Size(NamedTuple):
     """The change of an observable by an effect, in the unit of that observable's tolerance, and the numbers behind it.
 
     `height` and `size` are in m, `force` and `stiffness` are parts of their value, `roundness` is a standard deviation of
-    radius over the mean radius. `way` is 1 where it makes the observable larger, -1 where smaller, 0 where that is not known.
+    radius over the mean radius. `way` is 1 where it makes the observable larger, -1 where smaller, 0 where that is not known. `value` is
+    infinite where no estimate holds, so that the effect is on in any case.
     """
 
     observable: Observable
@@ -74,6 +75,8 @@ class Effect(ABC):
     Parameters: ClassVar[type[Parameters]] = Parameters
     #: share of a tolerance from which it is called for
     worth: ClassVar[float] = 1.0
+    #: observables of which its estimate holds under one object only, and none where several hold the membrane
+    under_one: ClassVar[tuple[Observable, ...]] = ()
     #: the effect without which it changes nothing
     needs: ClassVar[str | None] = None
 

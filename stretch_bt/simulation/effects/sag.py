@@ -49,6 +49,7 @@ class Sag(MembraneEffect):
     order = 1
     cost_ms = 2.0
     cost_per = "solve"
+    under_one = ("height", "size")
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
@@ -58,7 +59,7 @@ class Sag(MembraneEffect):
         A stiffness depends on where the touch began: its change goes with the sag over the depth.
         """
         sag, holds = case.sag, case.rough.holds
-        why = f"hangs by {sag * 1e3:.2g} mm at a tension of {case.tension:.3g} N/m"
+        why = f"hangs by {sag * 1e3:.2g} mm at a tension of {case.hung:.3g} N/m"
         how = {"depth": case.depth, "contact": case.held_radius, "strain": max(case.strain, 1e-3)}
         heavy = DENSITY * 9.81 * GAUGE / case.scene.hand.shear_modulus / _USUAL
         yield Size("height", max(sag - case.depth, _HEIGHT[holds].at(**how) * heavy), why)

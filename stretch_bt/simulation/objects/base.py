@@ -61,7 +61,7 @@ class Rough:
     the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top. `holds` is the part that
     holds a membrane up: the `rim` of a flat top or of a wire, a round `crest`, a sharp `ridge`, a `dome`, or a `point` on flanks of
     slope `steep`. `aspect` is the extent of its top towards the clamps over the one across, of a hand that is not turned. `flattens`
-    says that a press may leave its top flat for good.
+    says that a press may leave its top flat for good, and `several` that others stand beside it, between which the membrane hangs freely.
     """
 
     radius: float
@@ -74,6 +74,7 @@ class Rough:
     steep: float = math.inf
     aspect: float = 1.0
     flattens: bool = False
+    several: bool = False
 
     @property
     def cornered(self) -> bool:

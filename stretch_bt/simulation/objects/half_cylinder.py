@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stretch_bt.simulation.objects.base import Rough
+from stretch_bt.simulation.objects.base import Rough, turned_aspect
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length
 from stretch_bt.within import Within
@@ -15,7 +15,9 @@ from stretch_bt.within import Within
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
 
-__all__ = ["HalfCylinderObject", "crest"]
+__all__ = ["HalfCylinderObject", "crest", "crest_aspect"]
+
+_HELD = math.sqrt(0.5)  # of its diameter: width of the crest, out to where the flank is at 45 degrees
 
 
 def crest(length: float, diameter: float) -> float:
@@ -24,7 +26,12 @@ def crest(length: float, diameter: float) -> float:
     The crest meets it in about an ellipse, of half the length and out to where the flank is at 45 degrees, whose logarithmic capacity is
     the mean of its half axes (Polya and Szego, Isoperimetric Inequalities in Mathematical Physics, 1951).
     """
-    return (length / 2 + math.sqrt(0.5) * diameter / 2) / 2
+    return (length + _HELD * diameter) / 4
+
+
+def crest_aspect(length: float, diameter: float, heading: float) -> float:
+    """Return the extent of that contact towards the clamps over the one across, at a heading, rad."""
+    return turned_aspect(length, _HELD * diameter, heading)
 
 
 class HalfCylinderObject(SolidSpec):
@@ -56,7 +63,8 @@ class HalfCylinderObject(SolidSpec):
     def rough(self) -> Rough:
         """Return its radius, its stiffness and the disc that its crest is like."""
         face = crest(self.length, self.diameter)
-        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=face, holds="crest")
+        aspect = crest_aspect(self.length, self.diameter, self.heading)
+        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=face, holds="crest", aspect=aspect)
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m, and its stiffness, N/m."""

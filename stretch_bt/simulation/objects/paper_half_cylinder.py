@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from stretch_bt.simulation.objects.base import Rough
-from stretch_bt.simulation.objects.half_cylinder import crest
+from stretch_bt.simulation.objects.half_cylinder import crest, crest_aspect
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.roof import RoofResponse
 from stretch_bt.units import Length
@@ -70,7 +70,8 @@ class PaperHalfCylinder(PaperSpec):
 
     def rough(self) -> Rough:
         """Return the rough numbers of paper, with its round crest."""
-        return replace(super().rough(), holds="crest")
+        aspect = crest_aspect(self.length, self.diameter, self.heading)
+        return replace(super().rough(), holds="crest", aspect=aspect)
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.several import Several
 
 __all__ = ["SeveralObjects"]
+
+_UNDER = 0.100  # m from its middle that a membrane reaches along the stretch, at a stretch of 100 mm
 
 
 def _kind(given: Any) -> Any:
@@ -92,4 +95,13 @@ class SeveralObjects(ObjectSpec):
         """Return the rough numbers of the highest of them, with the smallest edge of all."""
         highest: Rough = max(self.objects, key=lambda thing: thing.top).rough()
         edge = min(thing.rough().edge for thing in self.objects)
-        return replace(highest, stiffness=math.inf, weight=math.inf, edge=edge, loose=False)
+        return replace(highest, stiffness=math.inf, weight=math.inf, edge=edge, loose=False, several=self._beside())
+
+    def _beside(self) -> bool:
+        """Return whether a membrane over one of them also meets another."""
+        pairs = combinations(self.objects, 2)
+        return any(
+            math.dist((one.position.x, one.position.y), (two.position.x, two.position.y)) - max(one.reach, two.reach)
+            < _UNDER
+            for one, two in pairs
+        )

@@ -1,6 +1,7 @@
 """The cheapest choice within a tolerance, and what is predicted of it."""
 
 import itertools
+import json
 import math
 
 import numpy as np
@@ -32,6 +33,8 @@ TASKS = {
     ),
 }
 PARTS = (0.01, 0.03, 0.08)
+#: shipped scenes that are predicted to be past their own tolerance by what the choice does not go by
+PAST = {"paper_cube", "wooden_prism"}
 
 
 def task(kind, more="fidelity: auto\n"):
@@ -103,11 +106,73 @@ def test_without_a_tolerance_asked_for_what_each_effect_alone_calls_for_is_on_an
     assert {n for n in alone if registry()[n].needs in {None, *alone}} <= found.on
     assert found.on <= alone | found.together
     assert not found.together, f"{name} leaves off too much in sum; the docs say which scenes do"
-    assert found.reached
+    assert found.reached == (name not in PAST), "the docs say which scenes are predicted to be past their tolerance"
     for told in found.predicted.values():
         parts = [j.sizes[told.observable].value for n, j in judged.items() if _counts(n, j, found, told.observable)]
-        assert told.total == pytest.approx(sum(parts))
+        assert told.effects <= 1.25 * told.tolerance
+        assert told.total == pytest.approx(told.solver + 1.25 * sum(parts))
         assert told.value <= told.total * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("effects", ["all", "none", "auto"])
+@pytest.mark.parametrize("kind", TASKS)
+def test_the_prediction_of_a_choice_is_the_same_whether_a_run_asks_for_the_tolerance_or_the_scene_states_it(
+    kind, effects
+):
+    """Only the choice may differ: the choices of a scene that names every effect are the same."""
+    stated = task(kind, f"fidelity: sheet\ntolerance: {{force: 60 %, height: 20 mm}}\neffects: {effects}\n")
+    told, asked = choose(stated), choose(asking(stated, force="60 %", height="20 mm"))
+    own = read_sheet_table().error("usual", Case(stated, stated.object.rough()))
+    assert told.predicted["force"].solver == own["force"] > 0
+    if effects != "auto":
+        assert told == asked
+    assert f"({100 * own['force']:.3g} % by the sheet itself, " in to_json(stated, told)["line"]
+
+
+def test_what_nothing_is_known_of_is_told_as_such():
+    scene = task("sphere", "fidelity: hertz\n")
+    found = choose(scene)
+    assert found.predicted["height"].solver is None
+    assert not found.reached
+    assert "height unknown of 0.3 mm (nothing known of hertz fidelity itself, " in to_json(scene, found)["line"]
+
+
+BALL = "type: sphere, diameter: 20 mm, rigid: true"
+PAIR = (
+    f"object: {{type: several, objects: [{{{BALL}, position: {{x: -15 mm}}}}, {{{BALL}, position: {{x: 15 mm}}}}]}}\n"
+    "tolerance: {height: 9 mm, force: 90 %}\n"
+)
+
+
+def test_effects_without_an_estimate_are_on_and_say_so():
+    scene = parse_scene(f"{HEAD}{PAIR}")
+    unknown = {v.name: v for v in advise(scene) if v.possible and v.observable and v.estimate is None}
+    assert unknown.keys() == {"sag", "bending", "friction"}
+    assert all(v.on and not v.near and "no estimate holds where several objects" in v.why for v in unknown.values())
+    assert choose(scene).reached
+    assert choose(scene.with_(tolerance=read_asked({"force": "90 %"}))).on.isdisjoint(unknown)
+
+
+def test_objects_further_apart_than_the_membrane_reaches_have_the_estimates_of_one_alone():
+    apart = parse_scene(f"{HEAD}{PAIR.replace('15 mm', '150 mm')}")
+    alone = parse_scene(f"{HEAD}object: {{{BALL}}}\ntolerance: {{height: 9 mm, force: 90 %}}\n")
+    told = [
+        {v.name: v.estimate for v in advise(scene) if registry()[v.name].group == "membrane"}
+        for scene in (apart, alone)
+    ]
+    assert told[0] == told[1]
+    assert None not in told[0].values()
+
+
+def test_an_effect_without_an_estimate_that_is_off_leaves_the_others_as_they_are():
+    scene = parse_scene(f"{HEAD}{PAIR}effects: {{friction: off}}\n")
+    found = choose(scene)
+    assert found.on == choose(parse_scene(f"{HEAD}{PAIR}")).on - {"friction"}
+    told = to_json(scene, found)
+    assert json.loads(json.dumps(told, allow_nan=False))["predicted"]["height"]["value"] is None
+    assert "height unknown of 9 mm (no estimate holds of an effect that is off)" in told["line"]
+    with pytest.raises(InvalidInput, match="no estimate of height holds, with friction off as the scene says; leave"):
+        demand(scene, read_asked({"height": "9 mm"}))
 
 
 def _counts(name, judged, found, observable):
