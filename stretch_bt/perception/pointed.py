@@ -45,7 +45,7 @@ def tip_above(design: Array, q: Array, left: Array, sd: float, vertex: Array, po
     u, v = vertex
     bent = [-0.5 * (u * u + v * v)] if len(design) == 4 else [-0.5 * u * u, -u * v, -0.5 * v * v]
     above = float(along @ np.array([1.0, u, v, *bent]))  # m, of a cone that falls by one
-    return Estimate(-slope * above, slope_sd * above)
+    return Estimate(-slope * above, math.hypot(slope_sd * above, points.step_error(sd)))  # terraces look like tips
 
 
 def tip_odds(tip: Estimate, fall: float, before: float) -> float:

@@ -14,6 +14,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.pointed import tip_above
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of
+from stretch_bt.perception.steps import shared_step
 from stretch_bt.units import Estimate
 
 __all__ = ["Places", "Points", "Top", "disc_of", "settled"]
@@ -57,6 +58,11 @@ class Points:
     def least_sd(self) -> float:
         """Standard deviation, m, of one point that no residual may show, as where all heights of a disc are one count."""
         return max(self.noise.white_sd if self.noise is not None else 0.0, self.step / math.sqrt(12.0))
+
+    def step_error(self, sd: float) -> float:
+        """Return the standard deviation, m, of the error that all points share since heights come in steps, by that of one residual, m."""
+        evens = sd if self.noise is None else min(self.noise.sd_beside_counts(self.step), sd)
+        return shared_step(self.step, evens)
 
     def shared(self, design: Array) -> Array:
         """Return the covariance (k, k), m^2, of sums of the points' noise weighed by `design` (k, n), but for the white part of it."""

@@ -147,5 +147,4 @@ def _flat(points: Points) -> Estimate:
     center, one = quantile(z), np.ones((1, n))
     q, sd = settled(one, z - center, points.step)
     own = sd * sd / n + float(points.shared(one)[0, 0]) / n**2
-    evens = sd if points.noise is None else min(points.noise.sd_beside_counts(points.step), sd)
-    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(points.step, evens)))
+    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), points.step_error(sd)))
