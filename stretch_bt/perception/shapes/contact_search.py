@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -46,34 +47,44 @@ class Search:
     fits: list[BodyFit]
 
 
+class _Rough(NamedTuple):
+    """First fits of a sphere and a face, the window that they are of, and its cells without outlying ones."""
+
+    window: Window
+    cells: Cells
+    fits: list[BodyFit]
+
+
 def search(contact: Contact) -> Search | None:
     """Return where to begin, None where nothing is pressed up.
 
     A window much wider than the body has cells so coarse that a sphere and a face are hard to tell apart; it is narrowed.
     """
-    window = window_of(contact.surface)
-    cells, rough = _rough(contact, window)
-    if rough and (small := _best(rough).surface).rim < SMALL:
-        window = _narrowed(window, small)
-        cells, rough = _rough(contact, window)
-    found = _found(contact, window, cells, rough) if rough else None
-    if found and (small := _best(found.fits).surface).rim < SMALL:
-        window = _narrowed(window, small)
-        cells, rough = _rough(contact, window)
-        found = _found(contact, window, cells, rough) if rough else None
-    return found
+    first = _rough(contact, window_of(contact.surface))
+    if not first.fits:
+        return None
+    rough = _narrower(contact, first, first.fits)
+    found = _found(contact, rough)
+    narrower = _narrower(contact, rough, found.fits)
+    return found if narrower is rough else _found(contact, narrower)
 
 
 def _best(fits: list[BodyFit]) -> BodyFit:
     return max(fits, key=lambda f: f.evidence)
 
 
-def _narrowed(window: Window, small: PressedSurface) -> Window:
-    return window.around(float(small.q[6]), float(small.q[7]), WIDER * small.rim)
+def _narrower(contact: Contact, rough: _Rough, fits: list[BodyFit]) -> _Rough:
+    """Return first fits in a window about the rim of the best of some fits, where that is small; those given where it shows nothing else."""
+    small = _best(fits).surface
+    if small.rim >= SMALL:
+        return rough
+    narrower = _rough(contact, rough.window.around(float(small.q[6]), float(small.q[7]), WIDER * small.rim))
+    return narrower if narrower.fits else rough
 
 
-def _found(contact: Contact, window: Window, cells: Cells, rough: list[BodyFit]) -> Search:
-    points, left = _residuals(contact, _best(rough).surface, window, cells)
+def _found(contact: Contact, rough: _Rough) -> Search:
+    window, cells, fits = rough
+    points, left = _residuals(contact, _best(fits).surface, window, cells)
     floor = (1e-6 * window.size) ** 2
     noise = noise_left(left, floor)
     relative = relative_noise(left, noise.area)
@@ -81,7 +92,7 @@ def _found(contact: Contact, window: Window, cells: Cells, rough: list[BodyFit])
         cells = _uneven(cells, points, relative)
         noise = noise_left(left / _of_pixels(relative, left.shape), floor)
     noise = noise.seen_by(cells)
-    return Search(cells, noise, _searched(rough, _thinned(cells), noise))
+    return Search(cells, noise, _searched(fits, _thinned(cells), noise))
 
 
 def _thinned(cells: Cells) -> Cells:
@@ -126,8 +137,8 @@ def _near(one: PressedSurface, other: PressedSurface) -> bool:
     return one.kind == other.kind and abs(math.log(one.rim / other.rim)) < NEAR
 
 
-def _rough(contact: Contact, window: Window) -> tuple[Cells, list[BodyFit]]:
-    """Return the cells of a window without outlying ones, and first fits of a sphere and a face, with noise as the contact states it."""
+def _rough(contact: Contact, window: Window) -> _Rough:
+    """Return first fits in a window, with noise as the contact states it."""
     cells = cells_of(contact, window)
     stated = max(contact.noise**2 * max(contact.noise_area, 1.0), (1e-6 * window.size) ** 2)
     whiten = whitener(NoiseParts(stated).own(cells, 0.0))
@@ -137,9 +148,10 @@ def _rough(contact: Contact, window: Window) -> tuple[Cells, list[BodyFit]]:
     ]
     fits = fit_bodies(begun, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE)
     if not fits:
-        return cells, fits
+        return _Rough(window, cells, fits)
     errors = np.abs(whiten(_best(fits).residuals))
-    return cells.some(errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))), fits
+    near = errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))
+    return _Rough(window, cells.some(near), fits)
 
 
 def _of_pixels(squares: Array, shape: tuple[int, ...]) -> Array:

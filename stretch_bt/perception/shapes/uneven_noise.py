@@ -26,8 +26,8 @@ def relative_noise(residuals: Array, area: float) -> Array | None:
     chance. `residuals` (h, w), m, are NaN where there are none; `area`, pixels, is over how many of them noise is alike.
     """
     power, count = (_around(sums) for sums in _differences(residuals))
-    known = count > SIDE**2
-    if np.count_nonzero(known) < 9 or not power[known].all():
+    known = (count > SIDE**2) & (power > 0.0)  # pixels of one count show no noise
+    if np.count_nonzero(known) < 9:
         return None
     ratio = np.log(power[known] / count[known])
     chance = float(np.mean(AREAS * max(area, 1.0) / count[known]))
