@@ -26,8 +26,8 @@ def test_the_wanted_deviation_is_reached_at_forces_that_never_fall(palpate, ball
     out, truth = result.outputs, result.truth
     for name in ("stiffness", "force", "deflection"):
         assert abs(out[name]["value"] - truth[name]["value"]) < 4 * out[name]["sd"], name
-    # 5 % are wanted, of which a press that may lower the top by no more than twice the drop leaves up to 8 where the power is not known
-    assert out["stiffness"]["sd"] <= 0.08 * out["stiffness"]["value"]
+    # 5 % are wanted, of which a press that may lower the top by no more than twice the drop leaves up to 9 where the power is not known
+    assert out["stiffness"]["sd"] <= 0.09 * out["stiffness"]["value"]
     assert out["hold"]["value"] >= 3.5
     assert len(forces) == out["presses"]["value"] >= 2
     assert all(after > 0.98 * before for before, after in pairwise(forces))
