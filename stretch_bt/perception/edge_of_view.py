@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.high_part import WIDE, clearly_above, means_of
@@ -16,29 +18,21 @@ __all__ = ["check_top_in_view"]
 
 LABELS_END = 24  # pixels from the edge of the view, at most, where labels of a contact end that goes on to it
 EDGE = 6  # pixels from the edge of the view, within which a top is not seen from both sides
+HOLE = 5  # pixels along a side, of holes that count as seen, and of specks that do not
+MARGIN = LABELS_END + EDGE + HOLE
+SEEN = 0.3  # least share of a mean's pixels that have depth
 
 
 def check_top_in_view(
     points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum, top: Estimate
 ) -> None:
     """Raise IllConditioned where the membrane (h, w) rises from a contact to the edge of the view, above `top`, m, or all of it farther in."""
-    import cv2
-
-    view, contact = _bounds(valid), _bounds(touching)
-    close = [abs(a - b) <= LABELS_END for a, b in zip(view, contact, strict=True)]
-    if not any(close):
+    seen, there = (_around(image, touching) for image in (valid, touching))
+    edge = _edge(seen) & _beside(there) & seen
+    if not edge.any():
         return
-    rows, columns = (
-        slice(max(contact[k] - LABELS_END, view[k]), min(contact[k + 1] + LABELS_END, view[k + 1])) for k in (0, 2)
-    )
-    seen, there = valid[rows, columns], touching[rows, columns]
-    mean = means_of(points[rows, columns, 2], seen)
-    edge = np.zeros(mean.shape, dtype=bool)
-    for at_side, line in zip(close, (edge[:EDGE], edge[-EDGE:], edge[:, :EDGE], edge[:, -EDGE:]), strict=True):
-        line |= at_side
-    square = np.ones((2 * LABELS_END + 1, 2 * LABELS_END + 1), dtype=np.uint8)
-    edge &= np.asarray(cv2.dilate(there.view(np.uint8), square) > 0) & seen
-    off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
+    mean = means_of(_around(points[..., 2], touching), seen, SEEN)
+    off = math.sqrt((noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2) / SEEN)
     above = clearly_above(int(np.count_nonzero(edge)), noise)
     highest = float(np.max(mean, where=edge, initial=-np.inf))
     inner = float(np.max(mean, where=there & ~edge, initial=-np.inf))
@@ -49,7 +43,34 @@ def check_top_in_view(
         )
 
 
-def _bounds(mask: MaskArray) -> tuple[int, int, int, int]:
-    """Return the first row and column of a mask (h, w) and those after its last: rows, then columns."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+def _around(image: npt.NDArray[Any], touching: MaskArray) -> npt.NDArray[Any]:
+    """Return an image (h, w) around a contact, with 0 outside of the view."""
+    import cv2
+
+    u, v, w, h = cv2.boundingRect(touching.view(np.uint8))
+    spans = [(v - MARGIN, v + h + MARGIN), (u - MARGIN, u + w + MARGIN)]
+    beyond = [(max(-first, 0), max(end - n, 0)) for (first, end), n in zip(spans, image.shape, strict=True)]
+    (top, bottom), (left, right) = ((max(first, 0), end) for first, end in spans)
+    return np.pad(image[top:bottom, left:right], beyond)
+
+
+def _beside(touching: MaskArray) -> MaskArray:
+    """Return the pixels (h, w) that are as near to a contact as labels may end before it does."""
+    import cv2
+
+    square = np.ones((2 * LABELS_END + 1, 2 * LABELS_END + 1), dtype=np.uint8)
+    return np.asarray(cv2.dilate(touching.view(np.uint8), square) > 0)
+
+
+def _edge(seen: MaskArray) -> MaskArray:
+    """Return the pixels (h, w) that lie at the edge of what is seen; holes amid it have none."""
+    import cv2
+
+    square = np.ones((HOLE, HOLE), dtype=np.uint8)
+    filled = cv2.morphologyEx(seen.view(np.uint8), cv2.MORPH_CLOSE, square)
+    unseen = 1 - np.asarray(cv2.morphologyEx(filled, cv2.MORPH_OPEN, square))
+    _, numbers = cv2.connectedComponents(unseen)
+    rim = np.concatenate([numbers[0], numbers[-1], numbers[:, 0], numbers[:, -1]])
+    outside = np.isin(numbers, rim[rim > 0])
+    wide = np.ones((2 * EDGE + 1, 2 * EDGE + 1), dtype=np.uint8)
+    return np.asarray(cv2.dilate(outside.view(np.uint8), wide) > 0)

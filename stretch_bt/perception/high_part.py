@@ -83,14 +83,14 @@ class HighMeans:
         return HighPart(found, Estimate(highest, math.hypot(off, BENT * highest)), enough)
 
 
-def means_of(z: FloatArray, seen: MaskArray) -> npt.NDArray[np.float32]:
-    """Return the means (h, w), m, of squares about each pixel, but for single wild ones; -infinity where less than nine tenths of it are seen."""
+def means_of(z: FloatArray, seen: MaskArray, least: float = 0.9) -> npt.NDArray[np.float32]:
+    """Return the means (h, w), m, of squares about each pixel, but for single wild ones; -infinity where less than such a share is seen."""
     import cv2
 
     share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
     middle = np.where(seen, cv2.medianBlur(np.where(seen, z, 0.0).astype(np.float32), MEDIAN), np.float32(0))
-    mean = np.asarray(cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5), dtype=np.float32)
-    mean[share < 0.9] = -np.inf
+    mean = np.asarray(cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5 * least), dtype=np.float32)
+    mean[share < least] = -np.inf
     return mean
 
 

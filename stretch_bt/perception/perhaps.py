@@ -9,6 +9,7 @@ from stretch_bt.units import Estimate
 __all__ = ["mixed", "odds_about", "perhaps_above"]
 
 LEAST_SD = 1e-12
+SURE_ODDS = 1e12
 SURELY = 700.0  # exponent beyond which a number leaves the range of floats
 
 
@@ -42,5 +43,5 @@ def odds_about(seen: Estimate, about: Estimate) -> float:
 
 def mixed(odds: float, mean: float, variance: float) -> Estimate:
     """Return the quantity that is 0 or, `odds` times as likely, has a mean and a variance."""
-    share = 1.0 if odds > 1.0 / LEAST_SD else odds / (1.0 + odds)
+    share = 1.0 if odds > SURE_ODDS else odds / (1.0 + odds)
     return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))

@@ -60,7 +60,7 @@ def top_by_discs(points: Points, known: Estimate | None = None, by_half: float =
         unlike = by_half * _unlike_half(found, near, middle, radius, known, odds)
         return DiscTop(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
     top, flat = Top(near, middle, even=True), _flat(near)
-    return DiscTop(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+    return DiscTop(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit)), odds), False)
 
 
 def _vertex(top: Top, radius: float, odds: float) -> Estimate:
@@ -116,8 +116,8 @@ def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) 
     return (other, within) if other.is_curved else (top, reach)
 
 
-def _faint(top: Top, flat: Estimate) -> Estimate:
-    """Return the height of a top that is flat, or nearly so.
+def _faint(top: Top, flat: Estimate, odds: float) -> Estimate:
+    """Return the height of a top that is flat, or nearly so, by the odds that one that is not is a tip rather than round.
 
     Taken for flat, a faint cap comes out too low by half its sag, and a faint cone by more. Before it is seen, a top is flat or round, one
     as likely as the other, and a round one falls within the disc by a half-normal share of its depth.
@@ -125,7 +125,7 @@ def _faint(top: Top, flat: Estimate) -> Estimate:
     sag, spread = top.sag, SAG * abs(flat.value)
     likely = perhaps_above(sag, max(spread, 1e-9))
     seen = top.tip(0.0)
-    tip = likely_tip(seen, likely.value, tip_odds(seen, likely.value, TIPS))
+    tip = likely_tip(seen, likely.value, tip_odds(seen, likely.value, odds))
     return Estimate(flat.value + 0.5 * likely.value + tip.value, math.hypot(flat.sd, 0.5 * likely.sd, tip.sd))
 
 

@@ -103,9 +103,10 @@ def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Wide
             return None
         middle = top.vertex(0.5 * radius)
     vertex, below = top.estimate(0.5 * radius), _below(top.tip(0.5 * radius), top.sag, share)
-    height = vertex.value / (1.0 - below.value)
-    off = float(np.interp(share, RADII, OFF))
-    return WideTop(Estimate(height, math.hypot(vertex.sd, below.sd * height)), math.hypot(vertex.sd, off * height))
+    left = 1.0 - below.value
+    height, off = vertex.value / left, float(np.interp(share, RADII, OFF))
+    sd, usual = (math.hypot(vertex.sd, part * height) / left for part in (below.sd, off))
+    return WideTop(Estimate(height, sd), usual)
 
 
 def _below(tip: Estimate, fall: Estimate, share: float) -> Estimate:

@@ -1,5 +1,7 @@
 """Tops that lie at the edge of the view."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from height_noise import DISTANCE, NOISES, Surface, height, seen
@@ -55,3 +57,41 @@ def test_a_flat_face_that_the_view_cuts_has_its_height(side, past):
     cut = surface("disc", side, past)
     found = height(seen(cut, NOISES["white 0.3"], np.random.default_rng(3)))
     assert abs(found.value - cut.top) < min(4 * found.sd, 0.15e-3)
+
+
+def _dropouts(raw, draws):
+    raw[draws.random(raw.shape) < 0.15] = 0
+
+
+def _slanted(raw, draws):
+    v, u = np.mgrid[: raw.shape[0], : raw.shape[1]]
+    raw[u > raw.shape[1] - 1 - 8 * np.abs(v - raw.shape[0] // 2) / raw.shape[0]] = 0
+
+
+def _strays(raw, draws):
+    band = raw[:, -40:]
+    band[draws.random(band.shape) > 0.01] = 0
+
+
+@pytest.mark.parametrize(("spoil", "lost"), [(_dropouts, 0), (_slanted, 0), (_strays, 40)])
+@pytest.mark.parametrize("past", [0.0, 1e-3])
+def test_however_the_view_ends_a_top_at_its_edge_is_not_seen(spoil, lost, past):
+    draws = np.random.default_rng(5)
+    shot = seen(surface("ball", "right", past + lost * PITCH), NOISES["white 0.3"], draws)
+    raw = shot.raw.copy()
+    spoil(raw, draws)
+    with pytest.raises((IllConditioned, NoContact)):
+        height(replace(shot, raw=raw))
+
+
+@pytest.mark.parametrize("middle", [0.0, 5e-3])
+def test_a_hole_in_the_contact_is_no_edge_of_the_view(middle):
+    cut = surface("ball", "right", 15e-3)
+    shot = seen(cut, NOISES["white 0.3"], np.random.default_rng(5))
+    raw = shot.raw.copy()
+    v, u = np.mgrid[: raw.shape[0], : raw.shape[1]]
+    x, y = (u - shot.intrinsics.cx) * PITCH, (v - shot.intrinsics.cy) * PITCH
+    away = np.hypot(x - (70 * PITCH - 15e-3 - middle), y)
+    raw[away < 2.5e-3] = 0
+    found = height(replace(shot, raw=raw))
+    assert abs(found.value - cut.top) < 4 * found.sd

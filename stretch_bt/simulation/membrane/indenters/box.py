@@ -29,7 +29,10 @@ class Box(Solid):
         if not math.isfinite(self.angle):
             raise InvalidInput(f"the angle of a box must be a finite number of rad, not {self.angle!r}")
         if self.edge > min(self.first, self.second) / 2:
-            raise InvalidInput(f"the edge fillet must be at most half the shorter side, not {self.edge:g} m")
+            most = min(self.first, self.second) / 2
+            raise InvalidInput(
+                f"the edge fillet must be at most half the shorter side, {most:g} m, not {self.edge:g} m"
+            )
 
     @property
     def feature(self) -> float:
