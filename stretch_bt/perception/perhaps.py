@@ -1,4 +1,4 @@
-"""A quantity that is 0 or, by some odds, one of a known distribution, once it is seen with an error."""
+"""Estimates of a quantity that may be one thing or another, or is seen twice."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 from stretch_bt.units import Estimate
 
-__all__ = ["mixed", "odds_about", "perhaps_above"]
+__all__ = ["either", "odds_about", "perhaps_above", "weighed"]
 
 LEAST_SD = 1e-12
 SURE_ODDS = 1e12
@@ -30,7 +30,8 @@ def perhaps_above(seen: Estimate, spread: float) -> Estimate:
         / math.sqrt(total)
         * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, SURELY))
     )
-    return mixed(odds, middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0))
+    there = Estimate(middle + sd * hazard, sd * math.sqrt(max(1.0 - t * hazard - hazard**2, 0.0)))
+    return either(odds, there, Estimate(0.0, 0.0))
 
 
 def odds_about(seen: Estimate, about: Estimate) -> float:
@@ -41,7 +42,16 @@ def odds_about(seen: Estimate, about: Estimate) -> float:
     return sd / math.sqrt(total) * math.exp(min(max(likelier, -SURELY), SURELY))
 
 
-def mixed(odds: float, mean: float, variance: float) -> Estimate:
-    """Return the quantity that is 0 or, `odds` times as likely, has a mean and a variance."""
+def either(odds: float, one: Estimate, other: Estimate) -> Estimate:
+    """Return the quantity that is `one` or, by the odds of that against it, the `other`."""
     share = 1.0 if odds > SURE_ODDS else odds / (1.0 + odds)
-    return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))
+    mean = share * one.value + (1.0 - share) * other.value
+    within = share * one.sd**2 + (1.0 - share) * other.sd**2
+    return Estimate(mean, math.sqrt(within + share * (1.0 - share) * (one.value - other.value) ** 2))
+
+
+def weighed(one: Estimate, other: Estimate) -> Estimate:
+    """Return the mean of two estimates of a quantity, weighed by their variances, whose errors have nothing in common."""
+    total = max(one.sd**2 + other.sd**2, LEAST_SD**2)
+    mean = (one.value * other.sd**2 + other.value * one.sd**2) / total
+    return Estimate(mean, one.sd * other.sd / math.sqrt(total))

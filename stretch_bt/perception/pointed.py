@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.perhaps import mixed, odds_about
+from stretch_bt.perception.perhaps import odds_about, weighed
 from stretch_bt.perception.robust import TUKEY
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
     from stretch_bt.perception.top import Points
 
-__all__ = ["TIPS", "likely_tip", "tip_above", "tip_odds"]
+__all__ = ["TIPS", "of_tip", "tip_above", "tip_odds"]
 
 Array = npt.NDArray[np.float64]
 
@@ -53,11 +53,9 @@ def tip_odds(tip: Estimate, fall: float, before: float) -> float:
     return before * odds_about(tip, _usual(fall))
 
 
-def likely_tip(tip: Estimate, fall: float, odds: float) -> Estimate:
-    """Return how far a tip stands above the vertex, m, where a top is a tip rather than round by some odds; `tip`, `fall` as in `tip_odds`."""
-    usual, sd = _usual(fall), max(tip.sd, LEAST_FALL)
-    total = sd**2 + usual.sd**2
-    return mixed(odds, (tip.value * usual.sd**2 + usual.value * sd**2) / total, sd**2 * usual.sd**2 / total)
+def of_tip(tip: Estimate, fall: float) -> Estimate:
+    """Return how far a tip stands above the vertex, m, where the top is one; `tip` and `fall` as in `tip_odds`."""
+    return weighed(tip, _usual(fall))
 
 
 def _usual(fall: float) -> Estimate:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.perhaps import perhaps_above
-from stretch_bt.perception.pointed import TIPS, likely_tip, tip_odds
+from stretch_bt.perception.perhaps import either, perhaps_above
+from stretch_bt.perception.pointed import TIPS, of_tip, tip_odds
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.steps import shared_step
 from stretch_bt.perception.top import Points, Top, disc_of, settled
@@ -25,6 +25,7 @@ AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 SAG = 0.3  # of the depth; standard deviation of how far a round top falls within RIM, of a contact into which noise lets some skirt
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
+BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation
 LEAST_POINTS = 12
 
 
@@ -52,22 +53,32 @@ def top_by_discs(points: Points, known: Estimate | None = None, by_half: float =
     if top.is_curved:
         within = min(reach, max(BEND / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
-        before, near, shown = near, _disc(points, _away(cloud, middle), within), True
+        wide, before, near, shown = top, near, _disc(points, _away(cloud, middle), within), True
         if not np.array_equal(before.places, near.places):
             odds = tip_odds(top.tip(radius), top.fall, odds)
             top, shown = _finer(top, near, middle, known)
-        found = _vertex(top, radius, odds)
+        found = _vertex(top, wide, shown, radius, odds)
         unlike = by_half * _unlike_half(found, near, middle, radius, known, odds)
         return DiscTop(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), shown)
     top, flat = Top(near, middle, even=True), _flat(near)
     return DiscTop(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit)), odds), False)
 
 
-def _vertex(top: Top, radius: float, odds: float) -> Estimate:
-    """Return the height of a curved top, m, by the odds, before this disc is seen, that it is a tip rather than round."""
-    vertex, tip = top.estimate(radius), top.tip(radius)
-    above = likely_tip(tip, top.fall, tip_odds(tip, top.fall, odds))
-    return Estimate(vertex.value + above.value, math.hypot(vertex.sd, above.sd))
+def _vertex(fine: Top, wide: Top, shown: bool, radius: float, odds: float) -> Estimate:
+    """Return the height of a curved top, m, by a fine disc and a wide one, and the odds that it is a tip before the fine one is seen.
+
+    A fine disc in which no curvature is `shown` says nothing of a tip.
+    """
+    odds = tip_odds(fine.tip(radius), fine.fall, odds)
+    tips = [_of_tip(top, radius, blunt) for top, blunt in ((fine, 0.0), (wide, BLUNT))]
+    surest = min(tips[0 if shown else 1 :], key=lambda tip: tip.sd)
+    return either(odds, surest, fine.estimate(radius))
+
+
+def _of_tip(top: Top, radius: float, blunt: float) -> Estimate:
+    """Return the height of a tip, m, that may be lower by a share of what stands above the vertex."""
+    vertex, above = top.estimate(radius), of_tip(top.tip(radius), top.fall)
+    return Estimate(vertex.value + above.value, math.hypot(vertex.sd, above.sd, blunt * above.value))
 
 
 def _finer(wide: Top, near: Points, middle: Array, known: Estimate | None) -> tuple[Top, bool]:
@@ -93,7 +104,7 @@ def _unlike_half(
     half = Top(near.at(inner), middle, even=False).bent(known)
     if not half.is_curved:
         return 0.0
-    other = _vertex(half, radius, odds)
+    other = _vertex(half, half, True, radius, odds)
     by_chance = max(other.sd**2 - found.sd**2, 0.0)
     return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
 
@@ -125,7 +136,7 @@ def _faint(top: Top, flat: Estimate, odds: float) -> Estimate:
     sag, spread = top.sag, SAG * abs(flat.value)
     likely = perhaps_above(sag, max(spread, 1e-9))
     seen = top.tip(0.0)
-    tip = likely_tip(seen, likely.value, tip_odds(seen, likely.value, odds))
+    tip = either(tip_odds(seen, likely.value, odds), of_tip(seen, likely.value), Estimate(0.0, 0.0))
     return Estimate(flat.value + 0.5 * likely.value + tip.value, math.hypot(flat.sd, 0.5 * likely.sd, tip.sd))
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.perception.perhaps import mixed, odds_about, perhaps_above
+from stretch_bt.perception.perhaps import either, odds_about, perhaps_above
 from stretch_bt.units import Estimate
 
 VALUES = st.floats(-2e-3, 2e-3), st.floats(1e-7, 1e-3), st.floats(1e-6, 5e-3)
@@ -28,7 +28,7 @@ def test_what_is_drawn_so_is_found_with_its_error(sd, share):
         odds = share / (1.0 - share) * odds_about(Estimate(value + off, sd), about)
         total = sd**2 + about.sd**2
         mean = ((value + off) * about.sd**2 + about.value * sd**2) / total
-        found = mixed(odds, mean, sd**2 * about.sd**2 / total)
+        found = either(odds, Estimate(mean, sd * about.sd / np.sqrt(total)), Estimate(0.0, 0.0))
         errors.append((found.value - value, found.sd))
     _as_stated(errors)
 
