@@ -26,6 +26,7 @@ BEND = 0.35  # share of the radius of curvature within which a quadratic is a sp
 SAG = 0.3  # of the depth; standard deviation of how far a round top falls within RIM, of a contact into which noise lets some skirt
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation
+SHARP = 1.0  # odds that a tip is as sharp as a wide disc says, where no fine one shows it
 LEAST_POINTS = 12
 
 
@@ -67,12 +68,12 @@ def top_by_discs(points: Points, known: Estimate | None = None, by_half: float =
 def _vertex(fine: Top, wide: Top, shown: bool, radius: float, odds: float) -> Estimate:
     """Return the height of a curved top, m, by a fine disc and a wide one, and the odds that it is a tip before the fine one is seen.
 
-    A fine disc in which no curvature is `shown` says nothing of a tip.
+    Where a fine disc has not `shown` any curvature, a tip may be as blunt as the fine disc is round, or as sharp as the wide one says.
     """
     odds = tip_odds(fine.tip(radius), fine.fall, odds)
-    tips = [_of_tip(top, radius, blunt) for top, blunt in ((fine, 0.0), (wide, BLUNT))]
-    surest = min(tips[0 if shown else 1 :], key=lambda tip: tip.sd)
-    return either(odds, surest, fine.estimate(radius))
+    blunt, sharp = _of_tip(fine, radius, 0.0), _of_tip(wide, radius, BLUNT)
+    tip = min(blunt, sharp, key=lambda height: height.sd) if shown else either(SHARP, sharp, blunt)
+    return either(odds, tip, fine.estimate(radius))
 
 
 def _of_tip(top: Top, radius: float, blunt: float) -> Estimate:

@@ -91,7 +91,7 @@ def test_where_skirt_was_taken_for_contact_the_highest_part_of_it_tells_the_heig
     """The height was once the top of the supposed contact, 1.3 to 6.6 mm too low at a stated 0.1 to 0.2 mm."""
     surface = surface_of(shape, number % 12)
     top = height(seen(surface, NOISES[noise], np.random.default_rng((number, 7))))
-    assert abs(top.value - surface.top) < 4 * top.sd < 4e-3
+    assert abs(top.value - surface.top) < 4 * top.sd < 5e-3
 
 
 def test_a_second_contact_that_is_one_row_leaves_the_height_of_the_first():
