@@ -32,7 +32,19 @@ def line(scene: Scene, chosen: Chosen) -> str:
     told = ", ".join(_of(p, scene, chosen) for p in chosen.predicted.values()) or "no result has a tolerance"
     on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
     cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
-    return f"predicted {told}; on: {on}; {_solved(scene, chosen)}{cost}"
+    return f"predicted {told}{_unreached(scene, chosen)}; on: {on}; {_solved(scene, chosen)}{cost}"
+
+
+def _unreached(scene: Scene, chosen: Chosen) -> str:
+    """Return the results whose tolerance no choice reaches, what is in the way, and how effects are chosen for them."""
+    beyond = [chosen.predicted[name] for name in chosen.beyond]
+    if not beyond:
+        return ""
+    names = " and ".join(p.observable for p in beyond)
+    return (
+        f"; no choice reaches the tolerance of {names}{_in_the_way(scene, beyond)}, so effects are on for it only where they "
+        "alone are past their threshold"
+    )
 
 
 def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
@@ -85,7 +97,7 @@ def _size(verdict: Verdict, value: float | None) -> str:
 
 def refusal(scene: Scene, chosen: Chosen) -> str:
     """Return the message that no choice reaches a tolerance: the best that can be had, the obstacles and the remedy."""
-    missed = [p for p in chosen.predicted.values() if p.solver is None or p.ratio > 1]
+    missed = [p for p in chosen.predicted.values() if p.observable in scene.asked and not p.within]
     unknown = [p.observable for p in missed if p.solver is None]
     if unknown:
         names = " and ".join(unknown)
@@ -99,7 +111,7 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
     if endless := [p.observable for p in missed if math.isinf(p.effects)]:
         names = " and ".join(endless)
         return (
-            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, chosen, missed)}; "
+            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, missed)}; "
             f"leave its effects to the advisor, or {names} out of --tolerance"
         )
     best = ", ".join(
@@ -107,11 +119,11 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
     )
     return (
         f"--tolerance: no choice of effects stays within it; the best that can be had is {best}, by {_solved(scene, chosen)}"
-        f"{_in_the_way(scene, chosen, missed)}; {_remedy(scene, missed)}"
+        f"{_in_the_way(scene, missed)}; {_remedy(scene, missed)}"
     )
 
 
-def _in_the_way(scene: Scene, chosen: Chosen, missed: list[Predicted]) -> str:
+def _in_the_way(scene: Scene, missed: list[Predicted]) -> str:
     """Return which effects the scene keeps off that would matter."""
     kept = dict.fromkeys(name for p in missed for name in p.left_off if scene.choice(name) == "off")
     return f", with {', '.join(kept)} off as the scene says" if kept else ""
@@ -143,6 +155,7 @@ def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
         "predicted": {name: _finite(asdict(p)) for name, p in chosen.predicted.items()},
         "cost_ms": chosen.cost_ms,
         "reached": chosen.reached,
+        "beyond": list(chosen.beyond),
         "line": line(scene, chosen),
         "narrow": narrow(scene, chosen),
     }
