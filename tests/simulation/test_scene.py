@@ -60,7 +60,7 @@ MISTAKES = [
     ("rim: 20 mm", "rim: 20 mm, depth: 3 mm", 9, 51, "key-unknown", "unknown key 'depth'", "rim"),
     ("shear_modulus: 60 kPa", "shear_modulus: 60 mm", 10, 23, "value", "Length", "Pa"),
     ("tilt_y: 2 deg", "tilt_y: 200 deg", 10, 82, "value", "out of bounds", "at most"),
-    ("force: 3 %", "force: 3 N", 11, 36, "value", "no part of a whole", "5 %"),
+    ("force: 3 %", "force: 3 N", 11, 36, "value", "force takes a percentage, not '3 N'", "5 %"),
     ("height: 0.3 mm", "heigth: 0.3 mm", 11, 13, "key-unknown", "unknown key 'heigth'", "height"),
     ("{height: 0.3 mm, force: 3 %}", "{}", 11, 12, "value", "at least one result", "height: 0.3 mm"),
     ("frames: 4", "frames: 0", 12, 51, "value", "frames", ""),
