@@ -69,7 +69,7 @@ MISTAKES = [
     ("compliance: on", "complaince: on", 15, 3, "key-unknown", "unknown key 'complaince'", "compliance"),
     ("compliance: on", "compliance: maybe", 15, 15, "value", "auto, on, off", ""),
     ("compliance: on", "compliance: {sd: 1 mm}", 15, 15, "value", "compliance", "auto"),
-    ("compliance: on", "plasticity: on", 15, 3, "effect-impossible", "has no plasticity", "compliance"),
+    ("compliance: on", "plasticity: on", 15, 3, "effect-impossible", "cannot have plasticity", "compliance"),
     ("{sd: 0.2 mm}", "{sd: 0.2 N}", 16, 21, "value", "Force", "mm"),
     ("{sd: 0.2 mm}", "{sd: 0.2}", 16, 21, "value", "no unit", "0.2 mm"),
     ("{sd: 0.2 mm}", "{sd: -1 mm}", 16, 21, "value", "out of bounds", "at least 0 mm"),

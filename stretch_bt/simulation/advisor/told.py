@@ -31,8 +31,15 @@ def line(scene: Scene, chosen: Chosen) -> str:
     """Return choice, prediction and cost in one line."""
     told = ", ".join(_of(p, scene, chosen) for p in chosen.predicted.values()) or "no result has a tolerance"
     on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
-    cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
+    cost = f", about {_time(chosen.cost_ms)} of CPU a press" if chosen.rung else ""
     return f"predicted {told}{_unreached(scene, chosen)}; on: {on}; {_solved(scene, chosen)}{cost}"
+
+
+def _time(milliseconds: float) -> str:
+    """Return a time in ms, or in s from one second on."""
+    if milliseconds < 999.5:
+        return f"{milliseconds:.3g} ms"
+    return f"{milliseconds / 1e3:.{1 if milliseconds < 9950 else 0}f} s"
 
 
 def _unreached(scene: Scene, chosen: Chosen) -> str:
@@ -56,9 +63,9 @@ def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
         return f"{name} unknown of {tolerance} (no estimate holds of an effect that is off)"
     if predicted.solver is None:
         return f"{name} unknown of {tolerance} (nothing known of {solved_by} itself, {effects} by effects that are off)"
-    own = quantity(name, predicted.solver)
+    own, past = quantity(name, predicted.solver), "" if predicted.within else ", past the tolerance"
     return (
-        f"{name} {value} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
+        f"{name} {value}{past} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
         f"{total} as a plain sum)"
     )
 
@@ -74,7 +81,7 @@ def _solved(scene: Scene, chosen: Chosen) -> str:
 def narrow(scene: Scene, chosen: Chosen) -> str | None:
     """Return the effects that are on or off by less than a factor of 3, and a remedy, in one line; None where there are none.
 
-    Noise, which a run that asks for a tolerance does not choose, is left out there.
+    Effects that the scene names are left out, and so is noise where a run asks for a tolerance, which then does not choose it.
     """
     counted = [v for v in advise(scene, chosen) if not (scene.asked and registry()[v.name].group in NOISE)]
     near = [v for v in counted if v.near and v.observable and v.estimate is not None]
@@ -105,8 +112,8 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
         if scene.object.body() is None:  # no sheet meets it
             remedy = f", and no other fidelity has an answer; leave {names} out of --tolerance"
         return (
-            f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
-            f"{scene.object.type}{remedy}"
+            f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under "
+            f"{scene.object.noun}{remedy}"
         )
     if endless := [p.observable for p in missed if math.isinf(p.effects)]:
         names = " and ".join(endless)

@@ -3,12 +3,13 @@
 import itertools
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import FileError, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.advisor.case import Case
@@ -326,12 +327,31 @@ def test_a_choice_is_told_in_one_line_each():
         "as a plain sum",
         "on: ",
         "sheet setting usual",
-        "ms of CPU a press",
+        " ms of CPU a press",
     ):
         assert word in told["line"]
     assert "write 'effects: {" in narrow(scene, choose(scene))
     assert "repeatability" not in told["narrow"]
     assert narrow(task("sphere", "effects: none\n"), choose(task("sphere", "effects: none\n"))) is None
+
+
+@pytest.mark.parametrize(("stretch", "time"), [("20 mm", r"\d{3} ms"), ("0 mm", r"\d\.\d s")])
+def test_the_line_marks_what_is_past_its_tolerance_and_tells_long_times_in_seconds(stretch, time):
+    ball = "object: {type: sphere, diameter: 40 mm, rigid: true}\n"
+    friction = "on" if stretch == "0 mm" else "off"
+    rest = f"tolerance: {{force: 3 %, size: 9 mm}}\neffects: {{sag: off, friction: {friction}}}\n"
+    scene = parse_scene(f"{HEAD}{ball}conditions: {{stretch: {stretch}}}\n{rest}")
+    told = to_json(scene, choose(scene))["line"]
+    assert re.search(r"force [\d.]+ %, past the tolerance of 3 % \(", told)
+    assert re.search(r"size [\d.]+ mm of 9 mm \(", told)
+    assert re.search(f"about {time} of CPU a press$", told)
+
+
+def test_what_several_objects_cannot_have_is_said_in_english():
+    scene = parse_scene(f"{HEAD}{PAIR}")
+    assert {v.why for v in advise(scene) if v.name == "compliance"} == {"several objects cannot have compliance"}
+    with pytest.raises(FileError, match="nothing stands in for several objects at hertz fidelity"):
+        parse_scene(f"{HEAD}{PAIR}fidelity: hertz\n")
 
 
 def test_the_table_covers_every_setting_and_top_with_enough_presses():
