@@ -36,7 +36,7 @@ def take(found: DomainSummaries) -> str:
     """Say which setting to take."""
     default, half = found.default("force", CPU_MS), found.cheapest("force", CPU_MS, 0.005, (FLAT, f"{FLAT}, settled"))
     one, two = (found.cheapest("force", CPU_MS, within, LOOP) for within in (0.01, 0.005))
-    same = ", which also is the cheapest within 0.5 %" if half == default else f"; for 0.5 % take {half}"
+    same = ", of those from flat also the cheapest within 0.5 %" if half == default else f"; for 0.5 % take {half}"
     return (
         f"So take the default of `press` for one press, {default}{same}; in a loop, where each press begins at the last, "
         f"take {one} for 1 % and {two} for 0.5 %."

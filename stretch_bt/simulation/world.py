@@ -88,7 +88,7 @@ class World:
         """
         scene = self.scene.with_(object=spec, dimensions={})
         if not scene.stands_in():
-            raise InvalidInput(f"nothing stands in for a {spec.type} at {scene.fidelity} fidelity; use fidelity: sheet")
+            raise InvalidInput(f"nothing stands in for {spec.noun} at {scene.fidelity} fidelity; use fidelity: sheet")
         specimen = spec.specimen(Active(e for e in self.effects if e.refusal(spec) is None))
         past = self._past[-1]
         kept = self.fidelity.released(past.membrane)

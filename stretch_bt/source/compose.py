@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import NoReturn
@@ -20,6 +21,7 @@ _TOO_DEEP = f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees"
 #: libyaml's message about brackets that are deeper than its own bound of 1000
 _DEPTH_OF_PARSER = "maximum nesting depth"
 
+_COMMA = re.compile(r"[ \t]*,")
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
 
@@ -60,7 +62,7 @@ class _Composer:
     """Builds values from YAML events, within limits, without recursion into the parser's own objects."""
 
     def __init__(self, text: str, file: str) -> None:
-        self.file = file
+        self.text, self.file = text, file
         self.events = yaml.parse(text, Loader=_LOADER)
         #: by name: the value, how many values it holds, and how many levels
         self.anchors: dict[str, tuple[Value, int, int]] = {}
@@ -162,7 +164,8 @@ class _Composer:
         assert start is not None
         assert end is not None
         length = end.column - start.column if end.line == start.line else 1
-        return Scalar(event.value, event.style not in (None, ""), self.mark(event, max(length, 1)))
+        comma = _COMMA.match(self.text, end.index) is not None
+        return Scalar(event.value, event.style not in (None, ""), self.mark(event, max(length, 1)), comma)
 
     def mark(self, event: yaml.Event, length: int) -> Mark:
         start = event.start_mark
@@ -172,7 +175,7 @@ class _Composer:
 
 def _copy(value: Value) -> Value:
     if isinstance(value, Scalar):
-        return Scalar(value.text, value.quoted, value.mark)
+        return Scalar(value.text, value.quoted, value.mark, value.comma)
     if isinstance(value, Seq):
         return Seq(tuple(_copy(item) for item in value.items), value.mark)
     return Map(tuple((key, _copy(item)) for key, item in value.pairs), value.mark)

@@ -88,7 +88,8 @@ def _own_words(message: str, given: str) -> tuple[str, str]:
     said = re.match(r"(Value error|Assertion failed), ", message)
     if said is not None:
         message, _, hint = message[said.end() :].partition("; ")
-        return f": {message}", hint or "see the schema of this file"
+        message = f" {message}" if message.startswith("takes ") else f": {message}"
+        return message, hint or "see the schema of this file"
     wanted = re.match(r"Input should be (?:a valid |an? instance of )?(.*)", message, re.DOTALL)
     if wanted is not None:
         return f" takes {wanted[1].partition(', ')[0]}, not {given}", f"write {wanted[1].partition(', ')[0]}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -61,11 +61,12 @@ def _short(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """A single value: `text` as written, `value` by the YAML 1.2 core schema."""
+    """A single value: `text` as written, `value` by the YAML 1.2 core schema, and whether a comma comes next."""
 
     text: str
     quoted: bool
     mark: Mark
+    comma: bool = field(default=False, compare=False)
 
     @property
     def value(self) -> Any:

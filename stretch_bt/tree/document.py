@@ -131,6 +131,9 @@ class Document:
     params: dict[str, Param] = field(default_factory=dict)
     devices: dict[str, DeviceDecl] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly
+    doubtful_devices: set[str] = field(
+        default_factory=set
+    )  # those of them that are devices, which other files have too
     imports: dict[str, Document] = field(default_factory=dict)
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
@@ -176,15 +179,16 @@ class Document:
         if key not in self.variants:
             assert self.reread is not None
             self.variants[key] = made = self.reread(given)
-            made.hand_down(self.devices)
+            made.hand_down(self.devices, self.doubtful_devices)
         return self.variants[key]
 
-    def hand_down(self, devices: dict[str, DeviceDecl]) -> None:
-        """Give a file that declares no devices the devices of the file that imports it."""
+    def hand_down(self, devices: dict[str, DeviceDecl], doubtful: set[str]) -> None:
+        """Give a file that declares no devices the devices of the file that imports it, with those that it declares wrongly."""
         if not self.declares_devices:
-            self.devices = devices
+            self.devices, self.doubtful_devices = devices, doubtful
+            self.doubtful |= doubtful
         for imported in self.inner:
-            imported.hand_down(self.devices)
+            imported.hand_down(self.devices, self.doubtful_devices)
 
     def node(self, name: str) -> NodeInfo | None:
         """Return a node by what the file calls it: registered, an imported class, or `module.Class` of an imported module."""

@@ -103,7 +103,8 @@ class _Headings(HeadingReader):
         borders.main_keys(root.get("keys"))
         self.tick(root.get("tick"))
         if len(self.stack) == 1:
-            self.doc.hand_down(self.devices_alone() if "main" not in self.doc.trees else self.doc.devices)
+            devices = self.devices_alone() if "main" not in self.doc.trees else self.doc.devices
+            self.doc.hand_down(devices, self.doc.doubtful_devices)
         return self.doc
 
     def other_file(self, path: Path, name: str, overrides: dict[str, Any], prefix: str) -> Document:
@@ -130,6 +131,7 @@ class _Headings(HeadingReader):
             interface = INTERFACES.get(kind.text) if isinstance(kind, Scalar) else None
             if interface is None:
                 self.doc.doubtful.add(key.text)
+                self.doc.doubtful_devices.add(key.text)
                 hint = did_you_mean(kind.text if isinstance(kind, Scalar) else "", INTERFACES)
                 self.error(kind.mark, "device-type", f"{told(kind)} is not a kind of device", hint)
             elif self.good_name(key, "device"):

@@ -159,11 +159,13 @@ class NodeWiring(Wiring):
         found: dict[str, str] = {}
         rest = []
         for key, value in ports:
+            name = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
+            if name in self.document.doubtful_devices and target.declared(key.text) is None:
+                continue
             outer = target.document.devices.get(key.text)
             if outer is None or target.declared(key.text) is not None or target.document.declares_devices:
                 rest.append((key, value))
                 continue
-            name = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
             given = self.document.devices.get(name)
             if given is None or given.interface is not outer.interface:
                 kind = outer.interface.__name__

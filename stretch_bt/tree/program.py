@@ -261,6 +261,8 @@ class _Checker:
                 self.found.append(device.mark.warning("device-unused", message, "remove it"))
 
     def check_imported_device(self, device: DeviceDecl, document: Document, mark: Mark) -> None:
+        if device.name in self.document.doubtful_devices:
+            return
         outer = self.document.devices.get(device.name)
         name = device.interface.__name__
         if outer is None or outer.interface is not device.interface:

@@ -151,8 +151,11 @@ class ValueWiring:
     @staticmethod
     def literal_meant(value: Scalar, type_: Type, error: ExpressionError) -> str:
         """Return the hint for a word that may have been meant as a literal and was read as a name."""
-        if not value.quoted and value.text.count("(") > value.text.count(")"):
+        is_open = value.text.count("(") > value.text.count(")")
+        if is_open and value.comma and not value.quoted:
             return "put quotes around it: between braces a comma ends the value"
+        if is_open and value.text.endswith("("):
+            return "write what stands between the brackets, and ')'"
         is_word = error.code == "name-unknown" and value.text.isidentifier()
         if is_word and type_.family in (Family.STR, Family.ENUM, Family.ANY) and error.hint.startswith("known here"):
             return f"text stands in quotes of its own: \"'{value.text}'\"; {error.hint}"

@@ -59,6 +59,11 @@ class Wiring(ValueWiring):
             if key.text in known:
                 continue
             guess = closest(key.text, free)
+            given_already = closest(key.text, known)
+            if guess not in absent and given_already is not None and given_already in value:
+                hint = f"{given_already!r} stands there already; remove one of them"
+                self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", hint)
+                continue
             word = None if guess else closest(key.text, RESERVED)
             if guess is None and word is None and len(absent) == 1:
                 guess = next(iter(absent))

@@ -73,7 +73,7 @@ def test_explain_says_sizes_and_what_is_close(cli, scene):
     rows = {line.split()[0]: line.split() for line in out.splitlines() if line}
     assert rows["repeatability"][1:8] == ["off", "height", "0.03", "mm", "0.2", "mm", "0.02"]
     assert rows["latency"][1:4] == ["on", "height", "0.0234"]
-    assert "a sphere has no: " in out
+    assert "a sphere cannot have: " in out
     (close,) = [line for line in out.splitlines() if line.startswith("narrow: ")]
     assert "fixed_pattern on (height 0.5 mm of 0.2 mm)" in close
     assert "latency" not in close

@@ -113,7 +113,7 @@ def _impossible(verdicts: list[Verdict]) -> dict[str, list[str]]:
     for verdict in verdicts:
         if not verdict.possible:
             said = verdict.name.replace("_", " ")
-            reason = verdict.why.removesuffix(said).strip()  # "a cup has no", and then the names
+            reason = verdict.why.removesuffix(said).strip()  # "a sphere cannot have", and then the names
             found.setdefault(reason, []).append(verdict.name)
     return found
 

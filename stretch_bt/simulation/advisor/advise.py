@@ -64,7 +64,8 @@ def _verdict(effect: type[Effect], judged: Judged | None, scene: Scene, chosen: 
     elif size is not None and math.isinf(size):
         why = f"{why}; on to be safe"
     elif effect.name in chosen.together:
-        why = f"{why}; on because the effects that are off would add up to too much"
+        results = " and ".join(chosen.together[effect.name])
+        why = f"{why}; on because without it the effects that are off would change {results} by too much in sum"
     if effect.needs is not None and effect.needs not in chosen.on and (judged.named or _calls(size, limit)):
         why = f"{why}; without {effect.needs} it changes nothing"
     near = judged.free and bool(size) and limit is not None and limit / _NEAR < (size or 0.0) < limit * _NEAR

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import compress
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.advisor.predict import Predicted, predicted, predictions
+from stretch_bt.simulation.advisor.predict import SAME, Predicted, predicted, predictions
 from stretch_bt.simulation.advisor.sheet_table import read_sheet_table
 from stretch_bt.simulation.effects import Effect, Size, registry
 from stretch_bt.simulation.fidelity.rungs import RUNGS, USUAL_RUNG
@@ -21,7 +21,6 @@ __all__ = ["NOISE", "Chosen", "Judged", "choose", "judge"]
 
 #: groups of effects that a run's tolerance leaves as the scene says
 NOISE = ("camera", "robot")
-_SAME = 1 + 1e-9  # factor on a tolerance, for rounding
 #: joint change by effects over its estimate: the 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
 _SPREAD = 1.25
 _SEVERAL = "no estimate holds where several objects hold the membrane, which hangs freely between them"
@@ -69,7 +68,8 @@ class Chosen:
     """Which effects are on, the setting that solves the sheet, None without a sheet, and the predicted difference of each result.
 
     `cost_ms` is about the time of a press, ms of CPU on the machine that the table was made on. `reached` says whether every
-    prediction is known and within its tolerance, and `together` names effects that are on though each alone would be small enough.
+    prediction is known and within its tolerance. `together` names effects that are on though each alone would be small enough, with the
+    results that would else be past their tolerance, and `beyond` names results whose tolerance no choice reaches.
     """
 
     on: frozenset[str]
@@ -77,7 +77,8 @@ class Chosen:
     predicted: Mapping[str, Predicted]
     cost_ms: float
     reached: bool
-    together: frozenset[str] = frozenset()
+    together: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    beyond: tuple[str, ...] = ()
 
 
 def judge(scene: Scene, case: Case) -> dict[str, Judged]:
@@ -96,7 +97,10 @@ def judge(scene: Scene, case: Case) -> dict[str, Judged]:
 
 
 def choose(scene: Scene) -> Chosen:
-    """Return the cheapest choice whose predictions are within the tolerance, or else the most accurate one.
+    """Return the cheapest choice whose predictions are within every tolerance that some choice reaches.
+
+    A tolerance that no choice reaches switches no effect on beside those that alone are larger than their share of it, and the sheet is
+    then as fine as that tolerance needs, or as it can be. Where a run asks for what no choice reaches the most accurate choice is returned.
 
     Effects that the scene names stay as it says, and so do a fixed `fidelity` and the noise of camera and robot. An effect that alone is
     larger than its share of a tolerance of the scene is on in any case. Where a scene fixes its fidelity and no run asks for a tolerance
@@ -130,60 +134,73 @@ class _Choice:
 
     def best(self) -> Chosen:
         """Return the best choice."""
-        names = list(self.bias)
         fixed = np.array([not j.free for j in self.bias.values()], dtype=np.bool_)
         told = np.array([j.named for j in self.bias.values()], dtype=np.bool_)
         called = told | (~fixed & np.array([j.calls(self.scene) for j in self.bias.values()], dtype=np.bool_))
         called = self._with_needs(called)
-        least = [(rung, called) for rung in self.rungs]
-        within = [self._at(*one) for one in least if self._known(one[0]) and self._within(one[1][None], one[0])[0]]
-        if len(within) < len(self.rungs):
-            within += self._added(names, called, self._helping() & ~fixed & ~called)
-        if within:
-            return min(within, key=lambda found: (found.cost_ms, self._worst(found)))
-        everything = self._with_needs(called | (self._helping() & ~fixed))
-        return min((self._at(rung, everything, called) for rung in self.rungs), key=self._worst)
+        everything = self._with_needs(called | (self._helping(self.tolerances) & ~fixed))
+        # more effects on never make a prediction larger: what everything reaches can be reached, each result and all of them together
+        goals = {rung: self._goals(everything, rung) for rung in self.rungs}
+        if not any(self.scene.asked.keys() <= set(names) for names in goals.values()):
+            return min((self._at(rung, everything, called, goals[rung]) for rung in self.rungs), key=self._worst)
+        found = [self._cheapest(rung, called, ~fixed & ~called, goals[rung]) for rung in self._best_rungs(goals)]
+        return min(found, key=lambda one: (one.cost_ms, self._worst(one)))
 
-    def _helping(self) -> npt.NDArray[np.bool_]:
-        """Return which effects change a result that has a tolerance, or are needed by one that does."""
-        changing = [
-            any(size.value > 0 for n, size in j.sizes.items() if n in self.tolerances) for j in self.bias.values()
-        ]
+    def _goals(self, on: npt.NDArray[np.bool_], rung: str | None) -> tuple[str, ...]:
+        """Return the results that one choice (effects,) keeps within their tolerance at a setting."""
+        return tuple(name for name in self.tolerances if self._within(on[None], rung, (name,))[0])
+
+    def _best_rungs(self, goals: Mapping[str | None, Collection[str]]) -> list[str | None]:
+        """Return the settings that reach most: what a run asks for, other tolerances, and at least the sheet's own part of the rest."""
+
+        def reached(rung: str | None) -> tuple[bool, int, int]:
+            return self.scene.asked.keys() <= set(goals[rung]), len(goals[rung]), self._fine_enough(rung)
+
+        most = max(map(reached, self.rungs))
+        return [rung for rung in self.rungs if reached(rung) == most]
+
+    def _fine_enough(self, rung: str | None) -> int:
+        """Return for how many results the sheet itself stays within the tolerance, or is as accurate as at any setting."""
+        own = {other: self._solver(other) for other in self.rungs}
+        least = {name: min(error.get(name, math.inf) for error in own.values()) for name in self.tolerances}
+        limits = {name: max(tolerance, least[name]) for name, tolerance in self.tolerances.items()}
+        return sum(own[rung].get(name, math.inf) <= limit for name, limit in limits.items())
+
+    def _helping(self, results: Collection[str]) -> npt.NDArray[np.bool_]:
+        """Return which effects change one of these results, or are needed by one that does."""
+        changing = [any(size.value > 0 for n, size in j.sizes.items() if n in results) for j in self.bias.values()]
         helping = np.array(changing, dtype=np.bool_)
         for place, needed in self._needs(list(self.bias)):
             helping[needed] |= helping[place]
         return helping
 
-    def _added(
-        self, names: Sequence[str], called: npt.NDArray[np.bool_], free: npt.NDArray[np.bool_]
-    ) -> Iterator[Chosen]:
-        """Yield, for each setting, the cheapest choice within the tolerance that switches further effects on."""
-        places = np.flatnonzero(free)
+    def _cheapest(
+        self, rung: str | None, called: npt.NDArray[np.bool_], free: npt.NDArray[np.bool_], goals: Sequence[str]
+    ) -> Chosen:
+        """Return the cheapest choice that keeps what can be reached within its tolerance; it may switch free effects on."""
+        if self._within(called[None], rung, goals)[0]:
+            return self._at(rung, called, called, goals)
+        names = list(self.bias)
+        places = np.flatnonzero(free & self._helping(goals))
         bits = (np.arange(2 ** len(places))[:, None] >> np.arange(len(places))) & 1
         choices = np.tile(called, (len(bits), 1))
         choices[:, places] = bits.astype(np.bool_)
         choices = choices[self._possible(names, choices)]
         times = [self.table.times(list(compress(names, choice))) for choice in choices]
         choices = choices[np.lexsort((choices.sum(axis=1), times))]  # the cheapest first, and of those the fewest
-        for rung in self.rungs:
-            within = self._within(choices, rung)
-            if within.any():
-                yield self._at(rung, choices[int(np.argmax(within))], called)
+        return self._at(rung, choices[int(np.argmax(self._within(choices, rung, goals)))], called, goals)
 
-    def _within(self, choices: npt.NDArray[np.bool_], rung: str | None) -> npt.NDArray[np.bool_]:
-        """Return which choices (n, effects) stay within every tolerance, as far as the choice goes by it."""
+    def _within(
+        self, choices: npt.NDArray[np.bool_], rung: str | None, results: Collection[str]
+    ) -> npt.NDArray[np.bool_]:
+        """Return which choices (n, effects) keep these results within their tolerance, as far as the choice goes by it."""
         within = np.ones(len(choices), dtype=np.bool_)
-        solver, spread = (self._solver(rung), _SPREAD) if self.strict else ({}, 1.0)
-        for name, tolerance in self.tolerances.items():
-            sizes = [self._weighed(j.sizes.get(name), j) for j in self.bias.values()]
-            value = np.hypot(spread * predictions(sizes, ~choices), solver.get(name, 0.0))
-            within &= value <= tolerance * _SAME
+        solver, spread = (self._solver(rung), _SPREAD) if self.strict else (dict.fromkeys(results, 0.0), 1.0)
+        for name in results:
+            sizes = [j.sizes.get(name) for j in self.bias.values()]
+            value = np.hypot(spread * predictions(sizes, ~choices), solver.get(name, math.inf))
+            within &= value <= self.tolerances[name] * SAME
         return within
-
-    @staticmethod
-    def _weighed(size: Size | None, judged: Judged) -> Size | None:
-        """Return a change, None for one that nothing is known of and that the scene switches off by name: no choice makes it smaller."""
-        return None if size is not None and math.isinf(size.value) and not judged.free else size
 
     def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Return which choices have no effect on without the one that it needs, except effects that the scene names."""
@@ -211,19 +228,29 @@ class _Choice:
         """Return the error of a setting, or of a fidelity without a sheet, by result."""
         return self.table.error(rung or self.scene.fidelity, self.case)
 
-    def _known(self, rung: str | None) -> bool:
-        """Return whether the error of a setting is known for every result that the choice goes by."""
-        return not self.strict or self.tolerances.keys() <= self._solver(rung).keys()
-
-    def _at(self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None) -> Chosen:
+    def _at(
+        self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_], goals: Sequence[str]
+    ) -> Chosen:
         off = {name: self.bias[name].sizes for name in compress(self.bias, ~on)}
         found = predicted(self.tolerances, off, self._solver(rung), _SPREAD)
         names = frozenset(compress(self.bias, on))
-        more = frozenset(compress(self.bias, on & ~called)) if called is not None else frozenset()
-        reached = all(p.solver is not None and p.ratio <= _SAME for p in found.values())
+        more = {
+            name: self._kept_by(place, on, rung, goals) for place, name in enumerate(self.bias) if (on & ~called)[place]
+        }
         cost = self.table.cost(rung, names, self.case) if rung else 0.0
-        return Chosen(names | self.noise, rung, found, cost, reached, more)
+        beyond = tuple(name for name in self.tolerances if name not in goals)
+        return Chosen(names | self.noise, rung, found, cost, all(p.within for p in found.values()), more, beyond)
 
-    @staticmethod
-    def _worst(found: Chosen) -> float:
-        return max((p.ratio for p in found.predicted.values()), default=0.0)
+    def _kept_by(
+        self, place: int, on: npt.NDArray[np.bool_], rung: str | None, goals: Sequence[str]
+    ) -> tuple[str, ...]:
+        """Return the results that would be past their tolerance without an effect, and without those that need it."""
+        without = on.copy()
+        without[place] = False
+        without = self._with_needs(without)[None]
+        return tuple(name for name in goals if not self._within(without, rung, (name,))[0])
+
+    def _worst(self, found: Chosen) -> float:
+        """Return the largest prediction over its tolerance, of what a run asks for where it asks."""
+        told = found.predicted.values()
+        return max((p.ratio for p in told if not self.scene.asked or p.observable in self.scene.asked), default=0.0)

@@ -17,12 +17,13 @@ def demand(scene: Scene, asked: Tolerance | None) -> Scene:
     Raises
     ------
     InvalidInput
-        No choice of effects and settings reaches it; the message names the best that can be had.
+        No choice of effects and settings reaches it; the message names the best that can be had. A tolerance that the scene alone
+        states refuses nothing.
     """
     if asked is None:
         return scene
     made = scene.tolerating(asked)
     chosen = choose(made)
-    if not chosen.reached:
+    if not all(chosen.predicted[name].within for name in made.asked):
         raise InvalidInput(refusal(made, chosen))
     return made

@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from stretch_bt.simulation.effects.base import Size
 
-__all__ = ["Predicted", "predicted", "predictions"]
+__all__ = ["SAME", "Predicted", "predicted", "predictions"]
+
+SAME = 1 + 1e-9  # factor on a tolerance, for rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,11 @@ class Predicted:
     def ratio(self) -> float:
         """The prediction over the tolerance."""
         return self.value / self.tolerance
+
+    @property
+    def within(self) -> bool:
+        """Whether it is known and within the tolerance."""
+        return self.solver is not None and self.ratio <= SAME
 
 
 def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:

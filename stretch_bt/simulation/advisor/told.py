@@ -31,8 +31,27 @@ def line(scene: Scene, chosen: Chosen) -> str:
     """Return choice, prediction and cost in one line."""
     told = ", ".join(_of(p, scene, chosen) for p in chosen.predicted.values()) or "no result has a tolerance"
     on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
-    cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
-    return f"predicted {told}; on: {on}; {_solved(scene, chosen)}{cost}"
+    cost = f", about {_time(chosen.cost_ms)} of CPU a press" if chosen.rung else ""
+    return f"predicted {told}{_unreached(scene, chosen)}; on: {on}; {_solved(scene, chosen)}{cost}"
+
+
+def _time(milliseconds: float) -> str:
+    """Return a time in ms, or in s from one second on."""
+    if milliseconds < 999.5:
+        return f"{milliseconds:.3g} ms"
+    return f"{milliseconds / 1e3:.{1 if milliseconds < 9950 else 0}f} s"
+
+
+def _unreached(scene: Scene, chosen: Chosen) -> str:
+    """Return the results whose tolerance no choice reaches, what is in the way, and how effects are chosen for them."""
+    beyond = [chosen.predicted[name] for name in chosen.beyond]
+    if not beyond:
+        return ""
+    names = " and ".join(p.observable for p in beyond)
+    return (
+        f"; no choice reaches the tolerance of {names}{_in_the_way(scene, beyond)}, so effects are on for it only where they "
+        "alone are past their threshold"
+    )
 
 
 def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
@@ -44,9 +63,9 @@ def _of(predicted: Predicted, scene: Scene, chosen: Chosen) -> str:
         return f"{name} unknown of {tolerance} (no estimate holds of an effect that is off)"
     if predicted.solver is None:
         return f"{name} unknown of {tolerance} (nothing known of {solved_by} itself, {effects} by effects that are off)"
-    own = quantity(name, predicted.solver)
+    own, past = quantity(name, predicted.solver), "" if predicted.within else ", past the tolerance"
     return (
-        f"{name} {value} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
+        f"{name} {value}{past} of {tolerance} ({own} by {solved_by} itself, {effects} by effects that are off; "
         f"{total} as a plain sum)"
     )
 
@@ -62,7 +81,7 @@ def _solved(scene: Scene, chosen: Chosen) -> str:
 def narrow(scene: Scene, chosen: Chosen) -> str | None:
     """Return the effects that are on or off by less than a factor of 3, and a remedy, in one line; None where there are none.
 
-    Noise, which a run that asks for a tolerance does not choose, is left out there.
+    Effects that the scene names are left out, and so is noise where a run asks for a tolerance, which then does not choose it.
     """
     counted = [v for v in advise(scene, chosen) if not (scene.asked and registry()[v.name].group in NOISE)]
     near = [v for v in counted if v.near and v.observable and v.estimate is not None]
@@ -85,7 +104,7 @@ def _size(verdict: Verdict, value: float | None) -> str:
 
 def refusal(scene: Scene, chosen: Chosen) -> str:
     """Return the message that no choice reaches a tolerance: the best that can be had, the obstacles and the remedy."""
-    missed = [p for p in chosen.predicted.values() if p.solver is None or p.ratio > 1]
+    missed = [p for p in chosen.predicted.values() if p.observable in scene.asked and not p.within]
     unknown = [p.observable for p in missed if p.solver is None]
     if unknown:
         names = " and ".join(unknown)
@@ -93,13 +112,13 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
         if scene.object.body() is None:  # no sheet meets it
             remedy = f", and no other fidelity has an answer; leave {names} out of --tolerance"
         return (
-            f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under a "
-            f"{scene.object.type}{remedy}"
+            f"--tolerance: nothing is known of the error of {names} at {scene.fidelity} fidelity under "
+            f"{scene.object.noun}{remedy}"
         )
     if endless := [p.observable for p in missed if math.isinf(p.effects)]:
         names = " and ".join(endless)
         return (
-            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, chosen, missed)}; "
+            f"--tolerance: no estimate of {names} holds{_in_the_way(scene, missed)}; "
             f"leave its effects to the advisor, or {names} out of --tolerance"
         )
     best = ", ".join(
@@ -107,11 +126,11 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
     )
     return (
         f"--tolerance: no choice of effects stays within it; the best that can be had is {best}, by {_solved(scene, chosen)}"
-        f"{_in_the_way(scene, chosen, missed)}; {_remedy(scene, missed)}"
+        f"{_in_the_way(scene, missed)}; {_remedy(scene, missed)}"
     )
 
 
-def _in_the_way(scene: Scene, chosen: Chosen, missed: list[Predicted]) -> str:
+def _in_the_way(scene: Scene, missed: list[Predicted]) -> str:
     """Return which effects the scene keeps off that would matter."""
     kept = dict.fromkeys(name for p in missed for name in p.left_off if scene.choice(name) == "off")
     return f", with {', '.join(kept)} off as the scene says" if kept else ""
@@ -143,6 +162,7 @@ def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
         "predicted": {name: _finite(asdict(p)) for name, p in chosen.predicted.items()},
         "cost_ms": chosen.cost_ms,
         "reached": chosen.reached,
+        "beyond": list(chosen.beyond),
         "line": line(scene, chosen),
         "narrow": narrow(scene, chosen),
     }

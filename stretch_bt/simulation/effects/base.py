@@ -124,11 +124,11 @@ class ObjectEffect(Effect):
         """Refuse an object that does not name it."""
         if cls.name in spec.effects:
             return None
-        return f"a {spec.type} has no {cls.name.replace('_', ' ')}"
+        return f"{spec.noun} cannot have {cls.name.replace('_', ' ')}"
 
     def respond(self, response: Response | None, spec: ObjectSpec) -> Response | None:
         """Return how the object answers with this effect, given how it answers without; None is rigid."""
-        raise InvalidInput(f"{self.name} does not act on the force of a {spec.type}")
+        raise InvalidInput(f"{self.name} does not act on the force of {spec.noun}")
 
 
 class Exposure:

@@ -136,6 +136,11 @@ class ObjectSpec(_Model):
     )
 
     @property
+    def noun(self) -> str:
+        """What messages call it."""
+        return f"a {self.type}"
+
+    @property
     @abstractmethod
     def top(self) -> float:
         """World height of the undeformed top, m."""

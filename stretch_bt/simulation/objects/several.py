@@ -67,6 +67,11 @@ class SeveralObjects(ObjectSpec):
         return self.model_copy(update={"objects": [thing.located(folder) for thing in self.objects]})
 
     @property
+    def noun(self) -> str:
+        """What messages call them."""
+        return "several objects"
+
+    @property
     def top(self) -> float:
         """World height of the highest of them, m."""
         return self.base + max(float(thing.top) for thing in self.objects)

@@ -272,7 +272,7 @@ def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
             yield key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", _able(scene, effect))
     fidelity, support = source.get("fidelity"), source.get("support")
     if not scene.stands_in():
-        message = f"fidelity: nothing stands in for a {scene.object.type} at {scene.fidelity} fidelity"
+        message = f"fidelity: nothing stands in for {scene.object.noun} at {scene.fidelity} fidelity"
         known = "sheet" if scene.object.body() is not None else "hertz"
         place = fidelity or source.get("object") or source
         yield place.mark.error("value", message, f"write 'fidelity: {known}'")

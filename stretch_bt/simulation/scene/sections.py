@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.units import Angle, Length, Pressure, Speed, Time
 from stretch_bt.within import Within
 
@@ -40,10 +40,10 @@ class Fraction:
         def read(given: object) -> float:
             given = plain_number(given)
             if isinstance(given, bool) or not isinstance(given, int | float | str):
-                raise InvalidInput(f"{given!r} is no part of a whole; write '5 %'")
+                raise InvalidInput(f"takes a percentage, not {shown(given)[:80]}; write '5 %'")
             value, dimension = parse_quantity(str(given))
             if dimension != DIMENSIONLESS:
-                raise InvalidInput(f"{given} is no part of a whole; write '5 %'")
+                raise InvalidInput(f"takes a percentage, not {shown(given)[:80]}; write '5 %'")
             return value
 
         return core_schema.no_info_before_validator_function(read, handler(source))  # type: ignore[operator]
