@@ -38,6 +38,11 @@ def _fused(points: Any, **changes: Any) -> Any:
     return fuse_contact(_contact(points, **changes))
 
 
+def _again(higher: float, noise: float) -> Any:
+    """Return the cloud of a plane that is seen a second time, so much higher, m, with another noise, m."""
+    return fuse_contact(_contact(_flat(at=(0.0, 0.0, higher)), noise=noise), _fused(_flat()))
+
+
 def _only_ends(found: Any) -> bool:
     off = np.abs(np.array([found.length - 0.06, found.width - 0.04]))
     return (
@@ -101,6 +106,12 @@ CASES = (
         {
             "noise not known": (lambda: _fused(_flat(), noise=np.nan), Refusal(InvalidInput, "noise")),
             "no noise": (lambda: _fused(_flat(), noise=0.0).sd.min(), near(1e-4, 1e-6)),
+            "seen again": (
+                lambda: _again(0.2e-3, 1e-4).points[:, 2].mean(),
+                near(0.0101, 1e-8),
+            ),
+            "seen again more surely": (lambda: _again(0.1e-3, 1e-6).points[:, 2].mean(), near(0.0101, 3e-6)),
+            "seen again elsewhere": (lambda: len(_again(2e-3, 1e-4)) // len(_again(0.0, 1e-4)), Value(2)),
             "cell of nothing": (lambda: fuse_contact(_contact(_flat()), cell=0.0), Refusal(InvalidInput, "positive")),
         },
         prefix="fusion, ",
