@@ -75,13 +75,17 @@ def _strays(raw, draws):
 
 @pytest.mark.parametrize(("spoil", "lost"), [(_dropouts, 0), (_slanted, 0), (_strays, 40)])
 @pytest.mark.parametrize("past", [0.0, 1e-3])
-def test_however_the_view_ends_a_top_at_its_edge_is_not_seen(spoil, lost, past):
+def test_however_the_view_ends_a_top_at_its_edge_is_refused_or_off_by_what_is_stated(spoil, lost, past):
     draws = np.random.default_rng(5)
-    shot = seen(surface("ball", "right", past + lost * PITCH), NOISES["white 0.3"], draws)
+    cut = surface("ball", "right", past + lost * PITCH)
+    shot = seen(cut, NOISES["white 0.3"], draws)
     raw = shot.raw.copy()
     spoil(raw, draws)
-    with pytest.raises((IllConditioned, NoContact)):
-        height(replace(shot, raw=raw))
+    try:
+        found = height(replace(shot, raw=raw))
+    except (IllConditioned, NoContact):
+        return
+    assert abs(found.value - cut.top) < 3 * found.sd
 
 
 @pytest.mark.parametrize("middle", [0.0, 5e-3])

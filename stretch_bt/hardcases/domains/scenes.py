@@ -239,7 +239,9 @@ CASES: tuple[Hard, ...] = (
         {
             "plasticity of a ball": (
                 partial(_told, BALL + "effects:\n  sag: off\n  plasticity: on\n"),
-                Check("line 5 is named", lambda told: told.startswith("5: ") and "a sphere has no plasticity" in told),
+                Check(
+                    "line 5 is named", lambda told: told.startswith("5: ") and "a sphere cannot have plasticity" in told
+                ),
             ),
             "viscosity of a ball": (
                 partial(_told, BALL + "effects:\n  viscosity: {relaxation: 2 s}\n"),
