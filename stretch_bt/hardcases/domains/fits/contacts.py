@@ -13,7 +13,7 @@ from stretch_bt.accuracy.perception import analytic
 from stretch_bt.accuracy.perception.noise import WHITE_03, Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, BodyPress, SheetView, seen
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.hardcases.expect import Check, Refusal
+from stretch_bt.hardcases.expect import Check, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.perception import (
     Contact,
@@ -25,6 +25,7 @@ from stretch_bt.perception import (
     to_membrane,
     view_rays,
 )
+from stretch_bt.perception.shapes.contact_noise import noise_left
 from stretch_bt.perception.types import CONTACT
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -196,6 +197,10 @@ def _all_say(reason: str) -> Check:
     return Check(f"each is refused: {reason}", lambda found: all(reason in told for told in found))
 
 
+def _smooth_part(seed: int) -> tuple[tuple[float, float], ...]:
+    return noise_left(np.random.default_rng(seed).normal(0.0, 1e-4, (60, 60)), 1e-12).smooth
+
+
 CASES: tuple[Hard, ...] = (
     *group(
         "a segmented contact is too long, too wide, or only a part",
@@ -246,6 +251,11 @@ CASES: tuple[Hard, ...] = (
                 for name in ("white, 0.5 mm", "white and correlated")
             ]
         ),
+    ),
+    *group(
+        "noise that pixels do not share must not look as if they did",
+        {f"draw {seed}": (partial(_smooth_part, seed), Value(())) for seed in range(6)},
+        prefix="white noise, ",
     ),
     *group(
         "an image that shows no contact has no sphere either",

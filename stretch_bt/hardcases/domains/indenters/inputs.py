@@ -30,6 +30,8 @@ WRONG = {
     "sphere:20": "20 mm",
     "sphere:20mm:1mm": "sizes",
     "cube:-4mm": "above 0",
+    "cube:1mm": "at least 2 mm",
+    "cylinder:1mm": "a smaller one too",
     "cone:95deg": "below",
     "cylinder:2mm:3mm": "at most",
     "cone:45mm": "Angle",

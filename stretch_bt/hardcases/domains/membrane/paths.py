@@ -9,9 +9,12 @@ import numpy as np
 
 from stretch_bt.errors import Impossible, InvalidInput
 from stretch_bt.hardcases.domains.membrane.presses import pressed
-from stretch_bt.hardcases.expect import Check, Refusal, Value
+from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import group
 from stretch_bt.simulation import PressResult, press
+from stretch_bt.simulation.membrane.indenters.cube import Cube
+from stretch_bt.simulation.membrane.indenters.several import Part, Several
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 #: a small contact, of which a clamp pulled by 70 mm carries the mesh along
@@ -33,6 +36,12 @@ def _agree_on_uneven(found: tuple[PressResult, PressResult]) -> bool:
 
 def _sheet(found: PressResult) -> Any:
     return found.detail
+
+
+def _side_error() -> float:
+    """Return the stated error of the side force, N, of a block and a ball of 16 mm side by side, off the middle."""
+    both = Several((Part(Cube(0.016), (-0.014, 0.0)), Part(Sphere(0.016), (0.014, 0.0))))
+    return float(_sheet(press(both, 0.03, 0.006, at=(0.004, 0.006))).side_error)
 
 
 def _half_mesh(
@@ -146,6 +155,10 @@ CASES = (
             )
             for indenter, stretch in (("cube:24mm", 0.01), ("cylinder:20mm", 0.04), ("cube:40mm", 0.04))
         },
+    ),
+    *group(
+        "a ball beside a block does not make the side force of its face surer",
+        {"a block and a ball, side force": (_side_error, Range(0.009, 0.012))},
     ),
     *group(
         "a press that starts from a deeper, shallower, shifted or slacker one ends as it does from nothing",

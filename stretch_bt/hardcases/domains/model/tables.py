@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.expect import Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.model.calibration.characterization import PressRow, as_table, first_lines, parse_table, table_line
@@ -16,6 +16,7 @@ from stretch_bt.model.calibration.measurements import Measurements
 from stretch_bt.model.calibration.protocol import missing, protocol
 from stretch_bt.model.calibration.sensitivity import METHODS, Found, Sensed, parse_sensitivity, sensed_lines
 from stretch_bt.model.calibration.sensitivity import first_lines as sensitivity_lines
+from stretch_bt.model.calibration.sensitivity_trends import ErrorBin, trend
 
 
 def _unnumbered(name: str) -> str:
@@ -71,6 +72,11 @@ def _sensed(i: float = 0.021) -> Sensed:
     return Sensed(
         "cylinder", 0.02, 0.01, 0.005, 1, (first, *(Found(m, 0.03, 0.0, 0.05, 0.0) for m in METHODS[1:])), 7.0
     )
+
+
+def _deeper(slope: float) -> list[ErrorBin]:
+    """Return places of a map whose error, m, grows with depth, m, by a slope."""
+    return [ErrorBin(0.02, 0.0, d, 1, 0, e, e, e) for d in (2e-3, 6e-3, 10e-3) if (e := 1e-3 + slope * d)]
 
 
 MAP = sensitivity_lines({"seed": 3}) + sensed_lines(_sensed())
@@ -169,7 +175,11 @@ CASES: tuple[Hard, ...] = (
     *group(
         "a table may be cut off, or wrong in a line, which the error must name",
         {name: (partial(parse_sensitivity, text), Refusal(InvalidInput, said)) for name, (text, said) in MAPS.items()},
-        {"no number": (lambda: sensed_lines(_sensed(math.nan)), Refusal(InvalidInput, "finite"))},
+        {
+            "no number": (lambda: sensed_lines(_sensed(math.nan)), Refusal(InvalidInput, "finite")),
+            "an error that grows with depth": (lambda: trend(_deeper(0.1), "depth").slope, Value(0.1, rel=1e-9)),
+            "one depth": (lambda: trend(_deeper(0.1)[:1], "depth"), Refusal(IllConditioned, "differ in depth alone")),
+        },
         prefix="map of sensitivity, ",
     ),
     *group(
