@@ -43,12 +43,12 @@ def take(found: DomainSummaries) -> str:
 
 
 def warm() -> None:
-    """Load the compiled code, and run one press."""
+    """Load the compiled code, and run one press with an effect that no other has code of."""
     from stretch_bt.accuracy.kernels import load_kernels
     from stretch_bt.accuracy.twin.outcome import outcome, with_effects
 
     load_kernels("perception", "simulation.camera", "simulation.membrane")
-    outcome(with_effects("calibration_sphere", {}), 0)
+    outcome(with_effects("calibration_sphere", {"friction": "on"}), 0)
 
 
 def jobs(quick: bool) -> Iterator[Job]:
