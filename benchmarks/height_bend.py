@@ -17,7 +17,7 @@ from height_noise import NOISES, Noise, Surface, seen, surface_of
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, wide_top
-from stretch_bt.perception.top import Points, Top, disc_of
+from stretch_bt.perception.top import Points, disc_of
 from stretch_bt.perception.tops import contacts, noise_around, surroundings
 
 Array = npt.NDArray[np.float64]
@@ -73,12 +73,9 @@ def _row(surface: Surface, noise: Noise, number: int) -> Array | None:
 
 
 def _of_disc(around: Points, middle: Array, radius: float, top: float) -> tuple[float, float]:
-    for _ in range(2):
-        x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
-        disc = Top(around.at(np.flatnonzero(x * x + y * y <= radius * radius)), middle, even=False)
-        if not disc.is_convex:
-            return np.nan, np.nan
-        middle = disc.vertex(0.5 * radius)
+    disc = wide_top.disc_top(around, middle, radius)
+    if disc is None:
+        return np.nan, np.nan
     most = wide_top.MOST_POINTED
     pointed = float(np.clip(disc.tip(0.5 * radius).value / disc.fall, -most, most))
     return pointed, 1.0 - disc.estimate(0.5 * radius).value / top

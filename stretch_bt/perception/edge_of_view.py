@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.high_part import WIDE, clearly_above, means_of
+from stretch_bt.perception.high_part import clearly_above, means_of, sd_of_mean
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
@@ -27,12 +27,14 @@ def check_top_in_view(
     points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum, top: Estimate
 ) -> None:
     """Raise IllConditioned where the membrane (h, w) rises from a contact to the edge of the view, above `top`, m, or all of it farther in."""
-    seen, there = (_around(image, touching) for image in (valid, touching))
-    edge = _edge(seen) & _beside(there) & seen
+    seen = _around(valid, touching)
+    edge = _edge(seen)
     if not edge.any():
         return
+    there = _around(touching, touching)
+    edge &= _beside(there) & seen
     mean = means_of(_around(points[..., 2], touching), seen, SEEN)
-    off = math.sqrt((noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2) / SEEN)
+    off = sd_of_mean(noise) / math.sqrt(SEEN)
     above = clearly_above(int(np.count_nonzero(edge)), noise)
     highest = float(np.max(mean, where=edge, initial=-np.inf))
     inner = float(np.max(mean, where=there & ~edge, initial=-np.inf))

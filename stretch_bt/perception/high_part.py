@@ -14,7 +14,7 @@ from stretch_bt.perception.top import Places
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["WIDE", "HighMeans", "HighPart", "clearly_above", "means_of"]
+__all__ = ["HighMeans", "HighPart", "clearly_above", "means_of", "sd_of_mean"]
 
 WIDE = 9  # pixels along a side, of the means that are compared
 MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
@@ -69,7 +69,7 @@ class HighMeans:
         """
         import cv2
 
-        off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
+        off = sd_of_mean(noise)
         highest = float(self.mean.max())
         above = clearly_above(self.count, noise)
         if not highest > top.value + above * math.hypot(top.sd, off):
@@ -92,6 +92,11 @@ def means_of(z: FloatArray, seen: MaskArray, least: float = 0.9) -> npt.NDArray[
     mean = np.asarray(cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5 * least), dtype=np.float32)
     mean[share < least] = -np.inf
     return mean
+
+
+def sd_of_mean(noise: NoiseSpectrum) -> float:
+    """Return the standard deviation, m, of such a mean of which all is seen."""
+    return math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
 
 
 def clearly_above(pixels: int, noise: NoiseSpectrum) -> float:

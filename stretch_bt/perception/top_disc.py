@@ -26,7 +26,7 @@ BEND = 0.35  # share of the radius of curvature within which a quadratic is a sp
 SAG = 0.3  # of the depth; standard deviation of how far a round top falls within RIM, of a contact into which noise lets some skirt
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation
-SHARP = 1.0  # odds that a tip is as sharp as a wide disc says, where no fine one shows it
+AS_SHARP = 1.0  # odds that a tip is as sharp as a wide disc says, where no fine one shows it
 LEAST_POINTS = 12
 
 
@@ -70,15 +70,18 @@ def _vertex(fine: Top, wide: Top, shown: bool, radius: float, odds: float) -> Es
 
     Where a fine disc has not `shown` any curvature, a tip may be as blunt as the fine disc is round, or as sharp as the wide one says.
     """
-    odds = tip_odds(fine.tip(radius), fine.fall, odds)
-    blunt, sharp = _of_tip(fine, radius, 0.0), _of_tip(wide, radius, BLUNT)
-    tip = min(blunt, sharp, key=lambda height: height.sd) if shown else either(SHARP, sharp, blunt)
-    return either(odds, tip, fine.estimate(radius))
+    vertex = fine.estimate(radius)
+    if odds == 0.0:
+        return vertex
+    seen = fine.tip(radius)
+    blunt = _of_tip(vertex, of_tip(seen, fine.fall), 0.0)
+    sharp = _of_tip(wide.estimate(radius), of_tip(wide.tip(radius), wide.fall), BLUNT)
+    tip = min(blunt, sharp, key=lambda height: height.sd) if shown else either(AS_SHARP, sharp, blunt)
+    return either(tip_odds(seen, fine.fall, odds), tip, vertex)
 
 
-def _of_tip(top: Top, radius: float, blunt: float) -> Estimate:
+def _of_tip(vertex: Estimate, above: Estimate, blunt: float) -> Estimate:
     """Return the height of a tip, m, that may be lower by a share of what stands above the vertex."""
-    vertex, above = top.estimate(radius), of_tip(top.tip(radius), top.fall)
     return Estimate(vertex.value + above.value, math.hypot(vertex.sd, above.sd, blunt * above.value))
 
 

@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.top import Points, Top, disc_of
 from stretch_bt.units import Estimate
 
-__all__ = ["by_wide_discs"]
+__all__ = ["by_wide_discs", "disc_top"]
 
 Array = npt.NDArray[np.float64]
 
@@ -91,8 +91,8 @@ def _pixels(contact: Points) -> int:
     return len(contact) * contact.every**2
 
 
-def _of_disc(around: Points, middle: Array, radius: float, share: float) -> WideTop | None:
-    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
+def disc_top(around: Points, middle: Array, radius: float) -> Top | None:
+    """Return the quadratic over a disc of a radius, m, about the top near a place (2,), m; None where the disc shows no top."""
     for most in (ROUGHLY, around.places.size):
         x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
         near = np.flatnonzero(x * x + y * y <= radius * radius)
@@ -102,6 +102,14 @@ def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Wide
         if not top.is_convex:
             return None
         middle = top.vertex(0.5 * radius)
+    return top
+
+
+def _of_disc(around: Points, middle: Array, radius: float, share: float) -> WideTop | None:
+    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
+    top = disc_top(around, middle, radius)
+    if top is None:
+        return None
     vertex, below = top.estimate(0.5 * radius), _below(top.tip(0.5 * radius), top.sag, share)
     left = 1.0 - below.value
     height, off = vertex.value / left, float(np.interp(share, RADII, OFF))
