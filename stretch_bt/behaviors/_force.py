@@ -14,6 +14,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.ages import FORCE, PRESSING_PLACE
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
 from stretch_bt.tree.context import Context
+from stretch_bt.units import Estimate
 
 __all__ = ["ForceMean", "along_hand", "check_alive"]
 
@@ -32,7 +33,7 @@ def along_hand(forces: npt.ArrayLike, pose: Pose) -> npt.NDArray[np.float64]:
 class ForceMean:
     """Collects readings of a force sensor while the hand stands still; a new one for each measurement."""
 
-    def __init__(self, context: Context, sensor: ForceSensor, arm: Arm | None) -> None:
+    def __init__(self, context: Context, sensor: ForceSensor | Arm, arm: Arm | None) -> None:
         self.context, self.sensor, self.arm = context, sensor, arm
         self.forces: Readings = []
         self.newest: int | None = None
@@ -51,7 +52,8 @@ class ForceMean:
             self.newest, self.heard = reading.sequence, self.context.now
             self.forces.append(reading.value.force)
         elif self.context.now - self.heard > _SILENT:
-            raise IllConditioned(f"the force sensor has had no new reading for {_SILENT:g} s; look after it")
+            name = "arm's force" if self.sensor is self.arm else "force sensor"
+            raise IllConditioned(f"the {name} has had no new reading for {_SILENT:g} s; look after it")
         return len(self.forces)
 
     def sample(self) -> ForceSample:
@@ -67,6 +69,12 @@ class ForceMean:
             None if self.arm is None else pose.height,
             self.forces[0] if alone else None,
         )
+
+    def estimate(self, noise: float) -> Estimate:
+        """Return the mean, N, of a sensor whose mean over a time is known to vary by `noise`, N s^0.5, over the root of the time."""
+        found = self.sample()
+        over = self.heard - self.since
+        return Estimate(found.force, max(found.force_sd, noise / math.sqrt(over) if over > 0 else 0.0))
 
 
 def check_alive(sample: ForceSample, before: Iterable[ForceSample | None], touch: Touch | None) -> None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stretch_bt import perception
-from stretch_bt.behaviors._force import along_hand
+from stretch_bt.behaviors._force import ForceMean
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, lowest_of, touched_at
 from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
-from stretch_bt.frames import DepthFrame, Pose
-from stretch_bt.hardware.ages import FORCE, PLACE
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.ages import PLACE
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.control.thickness import next_step
@@ -20,20 +20,19 @@ from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Force, Length, Speed
+from stretch_bt.units import Estimate, Force, Length, Speed
 
 SHARE = 0.97  # largest force asked for, over the force at which the cell stops the arm
 FRAMES = 2  # frames averaged at each look
+FORCES = 10  # readings of the force averaged in the end
 
 
 @node
 class PressToThickness(MotionBehavior):
     """Press plastic material down to a given thickness over the table, as the camera sees it, or until the force reaches its limit.
 
-    The hand goes down by the distance that the top still has to fall and looks again, so that it comes to the thickness from above,
-    whatever share of the way the membrane takes. SUCCESS however it ended, with the cause: `thickness`, `force`, or `depth` where
-    the hand may not go deeper. FAILURE when nothing stands in the membrane, when the camera sees no
-    membrane, or a top that the membrane cannot reach.
+    The hand goes down by the way that the top still has to fall and looks again, so that it comes to the thickness from above.
+    SUCCESS however it ended. FAILURE when the camera sees nothing in the membrane, no membrane, or a top out of its reach.
     """
 
     arm: Uses[Arm]
@@ -46,20 +45,17 @@ class PressToThickness(MotionBehavior):
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted thickness under the press")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force at which to stop", limit="lowered_force")
-    max_depth: In[Length] = port(
-        MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="largest depth past first contact; no deeper than the cell allows"
-    )
+    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="largest depth, which the cell may bound")
     reached: Out[Length]  # thickness under the press
-    force: Out[Force]  # force along the hand's axis, at the last look
-    ended: Out[str]  # cause of the end: `thickness`, `force` or `depth`
+    force: Out[Force]  # mean of ten readings of the arm's force along the hand's axis, at the end
+    ended: Out[str]  # cause of the end: `thickness`, `force`, or `depth` where the hand may not go deeper
 
     def initialise(self) -> None:
         """Look first."""
         super().initialise()
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.most = _most(self.max_force, self.limit.margin, self.context.limits)
-        self.looks = 0
-        self.limited = False
+        self.looks, self.limited = 0, False
         self._look()
 
     def start(self) -> Motion:
@@ -72,24 +68,31 @@ class PressToThickness(MotionBehavior):
         return self.phase()
 
     def _look(self) -> None:
-        self.look = _Look(FrameSource(self.context, self.camera, self.arm, self.gripper), self.arm)
+        self.look = _Look(self)
         self.phase: Callable[[], Status] = self._see
 
     def _see(self) -> Status:
-        if not self.look.add():
+        top = self.look.top()
+        if top is None:
             return Status.RUNNING
         self.looks += 1
         lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context)
         pose = self.arm.pose(PLACE).value
-        shot = corrected(perception.average_frames(self.look.frames), self.pattern, self.device_names["camera"])
-        top = height_over_table(shot, self.context.hand.geometry, self.mounting, self.pattern)
         step = next_step(top.value, self.thickness, pose.height, lowest, limited=self.limited, steps=self.looks)
         if step.ended:
-            self.reached, self.ended, self.force = top, step.ended, self.look.force_along(pose)
-            return Status.SUCCESS
-        self.target, self.phase = pose.at_height(step.height), self._move
-        self.start()
+            self.found, self.readings = (top, step.ended), ForceMean(self.context, self.arm, self.arm)
+            self.phase = self._feel
+        else:
+            self.target, self.phase = pose.at_height(step.height), self._move
+            self.start()
         return Status.RUNNING
+
+    def _feel(self) -> Status:
+        if self.readings.add() < FORCES:
+            return Status.RUNNING
+        self.force = self.readings.estimate(self.arm.force_noise())
+        self.reached, self.ended = self.found
+        return Status.SUCCESS
 
     def _move(self) -> Status:
         assert self.motion is not None
@@ -107,25 +110,22 @@ class PressToThickness(MotionBehavior):
 
 
 class _Look:
-    """Takes frames, and the forces on the hand meanwhile, while it stands still."""
+    """Takes frames while the hand stands still, and finds the top in their mean."""
 
-    def __init__(self, source: FrameSource, arm: Arm) -> None:
-        self._source, self._arm = source, arm
-        self.frames: list[DepthFrame] = []
-        self._forces: list[tuple[float, float, float]] = []
+    def __init__(self, node: PressToThickness) -> None:
+        self._node = node
+        self._source = FrameSource(node.context, node.camera, node.arm, node.gripper)
+        self._frames: list[DepthFrame] = []
 
-    def add(self) -> bool:
-        """Take the force and the next frame, if any, and return whether there are enough frames."""
+    def top(self) -> Estimate | None:
+        """Take the next frame, if any, and return the top's height over the table, m, once there are enough frames."""
         frame = self._source.next()
-        self._forces.append(self._arm.wrench(FORCE).value.force)
-        if frame is not None:
-            self.frames.append(frame)
-        return len(self.frames) >= FRAMES
-
-    def force_along(self, pose: Pose) -> float:
-        """Return the mean force along the axis of a hand at a pose, N."""
-        along: list[float] = along_hand(self._forces, pose).tolist()
-        return sum(along) / len(along)
+        self._frames += [] if frame is None else [frame]
+        if len(self._frames) < FRAMES:
+            return None
+        node = self._node
+        shot = corrected(perception.average_frames(self._frames), node.pattern, node.device_names["camera"])
+        return height_over_table(shot, node.context.hand.geometry, node.mounting, node.pattern)
 
 
 def _most(force: Force, margin: float, limits: Limits | None) -> float:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.palpation.stiffness import estimate_stiffness as estimate_stiffness
     from stretch_bt.model.palpation.zero_force import drop_power as drop_power
     from stretch_bt.model.palpation.zero_force import undeformed_height as undeformed_height
+    from stretch_bt.model.plastic_cube import cube_yield_stress as cube_yield_stress
 
 _HOMES = {
     "CALIBRATIONS": "calibration.calibrate",
@@ -49,6 +50,7 @@ _HOMES = {
     "Measurements": "calibration.measurements",
     "MembraneModel": "force.membrane",
     "calibrate": "calibration.calibrate",
+    "cube_yield_stress": "plastic_cube",
     "Limits": "palpation.planning",
     "NoHarderPress": "palpation.planning",
     "Looks": "palpation.active",

@@ -123,6 +123,10 @@ def test_above_the_membrane_there_is_no_force() -> None:
         ("estimate_stiffness", {"force": 1.0, "deflection": 0.001, "deflection_sd": 0.0005}),
         ("estimate_stiffness", {"force": 1.0, "deflection": -0.001}),
         (
+            "estimate_yield_stress",
+            {"force": 0.1, "force_sd": 0.1, "edge": 0.025},
+        ),
+        (
             "estimate_modulus",
             {"force": 1.0, "deflection": 0.001, "deflection_sd": 0.0006, "depth": 0.01, "radius": 0.02},
         ),

@@ -35,6 +35,7 @@ def press(bench):
         arm = ScriptedDevice("Arm", {"pose": pose, "wrench": forces}, motion)
         run = bench(camera=ScriptedDevice("DepthCamera", {"frame": frame(top)}))
         run.context.devices["arm"], run.context.limits = arm, limits
+        arm.now = lambda: run.context.now
         return run.run("press_to_thickness", touch=Touch(TOUCHED, 0.0), **inputs), arm
 
     return made
@@ -53,9 +54,17 @@ def test_the_force_is_that_along_the_hands_axis(press, lean):
     assert (node.status, node.sinks["force"].value) == (Status.SUCCESS, pytest.approx(2.0))
 
 
+def test_the_deviation_of_the_force_is_that_of_a_mean_of_its_readings(press):
+    forces = np.random.default_rng(4).normal(2.0, 0.3, 11).tolist()
+    node, _ = press(forces, [DONE], thickness=HAND + TOP + 0.005)
+    force = node.sinks["force"]
+    assert abs(force.value - 2.0) < 3 * force.sd
+    assert force.sd == pytest.approx(0.3 / np.sqrt(10), rel=0.5)
+
+
 @pytest.mark.parametrize("motion", [[DONE], [MOVING, DONE]])
 def test_the_limit_of_force_ends_it_also_where_steps_are_shorter_than_a_tick(press, motion):
-    node, arm = press([1.0, 5.0], motion, thickness=0.055, max_force=4.0)
+    node, arm = press([5.0], motion, thickness=0.055, max_force=4.0)
     assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "force")
     assert [c.name for c in arm.commands] == (["move"] if motion == [DONE] else ["move", "stop"])
     target = arm.commands[0].arguments["target"]

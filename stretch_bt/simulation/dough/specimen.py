@@ -142,19 +142,21 @@ class DoughSpecimen(Specimen):
 
     def known(self, state: DoughState, drop: float) -> dict[str, float]:
         """Return the radius, m, of the ball of its volume, its roundness now and when it rolled last, its thickness, m, and how
-        round the outline is that it has as a disc, by each method, with the roughness of its edge.
+        round the outline is that it has as a disc, by each method, with the roughness of its edge, and its yield stress, Pa.
         """
         from stretch_bt.perception import circularity
 
         lump = state.lump
         height = lump.height - min(drop + self._sunk(lump), 0.9 * lump.height)
         line = self.outline(state, height)
+        strength = {} if self.dough is None else {"yield_stress": self.spec.yield_stress}
         contour, chain, low = (float(circularity(line, method=m)) for m in ("contour", "pixel_chain", "low_pass"))
         return {
             "radius": lump.ball,
             "roundness": lump.roundness,
             "radius_spread": state.rolled.roundness,
             "thickness": height,
+            **strength,
             **dict.fromkeys(("circularity", "circularity_true", "circularity_sensed"), contour),
             **dict.fromkeys(("pixel_chain", "pixel_chain_true"), chain),
             "low_pass_true": low,

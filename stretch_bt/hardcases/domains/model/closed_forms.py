@@ -12,7 +12,14 @@ import numpy as np
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.expect import Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
-from stretch_bt.model import estimate_stiffness, hertz_depth, hertz_force, object_modulus, undeformed_height
+from stretch_bt.model import (
+    cube_yield_stress,
+    estimate_stiffness,
+    hertz_depth,
+    hertz_force,
+    object_modulus,
+    undeformed_height,
+)
 from stretch_bt.model.root import rising_root
 from stretch_bt.units import Estimate
 
@@ -58,6 +65,16 @@ NO_MODULUS: dict[str, tuple[int, Estimate, type[Exception]]] = {
     "no radius": (3, Estimate(0.0, 0.0), InvalidInput),
     "an infinite radius": (3, Estimate(math.inf, 0.0), InvalidInput),
     "a depth NaN": (2, Estimate(math.nan, 0.0), InvalidInput),
+}
+FLOWING, EDGE = Estimate(4.5, 0.1), Estimate(0.025, 2e-4)
+NO_YIELD_STRESS: dict[str, tuple[Estimate, Estimate, type[Exception]]] = {
+    "a force as large as its deviation": (Estimate(0.1, 0.1), EDGE, IllConditioned),
+    "an edge as large as its deviation": (FLOWING, Estimate(0.025, 0.02), IllConditioned),
+    "no force": (Estimate(0.0, 0.0), EDGE, IllConditioned),
+    "a force below 0": (Estimate(-1.0, 0.1), EDGE, InvalidInput),
+    "no edge": (FLOWING, Estimate(0.0, 0.0), InvalidInput),
+    "an edge NaN": (FLOWING, Estimate(math.nan, 0.0), InvalidInput),
+    "an edge of the smallest double": (FLOWING, Estimate(5e-324, 0.0), InvalidInput),
 }
 FORCE, DROP = Estimate(1.0, 0.01), Estimate(1e-3, 1e-5)
 NO_STIFFNESS: dict[str, tuple[Estimate, Estimate, Refusal]] = {
@@ -174,6 +191,28 @@ CASES: tuple[Hard, ...] = (
         {name: (partial(_replaced, at, value), Refusal(error)) for name, (at, value, error) in NO_MODULUS.items()},
         {"deviation of draws": (partial(_drawn, _one, 4000), Value(1.0, abs=0.05))},
         prefix="modulus, ",
+    ),
+    *group(
+        "a force or an edge within its error gives no yield stress; the deviation counts force and edge",
+        {
+            name: (partial(cube_yield_stress, force, edge), Refusal(error))
+            for name, (force, edge, error) in NO_YIELD_STRESS.items()
+        },
+        {
+            "a density of 0": (
+                partial(cube_yield_stress, FLOWING, EDGE, density=0.0),
+                Refusal(InvalidInput, "density"),
+            ),
+            "of a cube of the scene": (
+                partial(cube_yield_stress, FLOWING, EDGE),
+                Value(5.18e3, rel=0.01, of=lambda found: found.value),
+            ),
+            "deviation of an edge of 2 %": (
+                partial(cube_yield_stress, Estimate(4.5, 0.0), Estimate(0.025, 5e-4)),
+                Value(0.0481, rel=0.02, of=lambda found: found.sd / found.value),
+            ),
+        },
+        prefix="yield stress, ",
     ),
     *group(
         "force and deflection of a ratio may both be zero within their errors, and the errors may be correlated",
