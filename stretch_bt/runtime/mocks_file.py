@@ -125,7 +125,9 @@ class _Reader:
     def known(self, value: Map, known: tuple[str, ...], what: str) -> None:
         for key, given in value:
             if key.text not in known:
-                self.error(key.mark, "key-unknown", f"{what} has no {key.text!r}", unknown_key(key, given, known))
+                self.error(
+                    key.mark, "key-unknown", f"{what} has no {key.text!r}", unknown_key(key, given, known, value)
+                )
 
     def items(self, value: Value | None, what: str) -> list[Value]:
         if value is None:

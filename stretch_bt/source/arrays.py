@@ -6,6 +6,7 @@ cannot be given a limit.
 
 from __future__ import annotations
 
+import errno
 import io
 import math
 import struct
@@ -119,6 +120,13 @@ def _told(path: Path, kind: str) -> Iterator[None]:
     except _BROKEN as error:
         why = str(error) or type(error).__name__
         raise InvalidInput(f"{path} is not an {kind} file that can be read: {why}") from error
+    except OSError as error:
+        if error.errno != errno.EINVAL or error.filename is not None:
+            raise
+        # a place before the begin of the file, to which a damaged table of contents points
+        raise InvalidInput(
+            f"{path} is not an {kind} file that can be read: its table of contents is damaged"
+        ) from error
 
 
 def _entries(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:

@@ -80,7 +80,8 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         parent, _ = _locate(root, error["loc"][:-1])
         key = str(error["loc"][-1])
         mark = parent.key(key).mark if isinstance(parent, Map) and key in parent else value.mark
-        hint = unknown_key(Scalar(key, False, mark), value, field_names(model, error["loc"][:-1]))
+        beside = parent if isinstance(parent, Map) else None
+        hint = unknown_key(Scalar(key, False, mark), value, field_names(model, error["loc"][:-1]), beside)
         return mark.error("key-unknown", f"unknown key {key!r}", hint)
     if kind == "missing":
         return value.mark.error("key-missing", f"{where} is missing", f"add '{error['loc'][-1]}: ...'")

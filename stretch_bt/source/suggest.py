@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from stretch_bt.source.values import Scalar, Value
+from stretch_bt.source.values import Map, Scalar, Value
 
-__all__ = ["closest", "did_you_mean", "few_suggestions", "unknown_key"]
+__all__ = ["closest", "did_you_mean", "few_suggestions", "stands_already", "unknown_key"]
 
 #: characters of a word that is compared with others, which takes the square of its length
 _LONGEST = 200
@@ -73,10 +73,16 @@ def did_you_mean(word: str, known: Iterable[str], prefix: str = "") -> str:
     return f"known here: {', '.join(prefix + word for word in known)}" if 0 < len(known) <= _FEW else ""
 
 
-def unknown_key(key: Scalar, value: Value, known: Iterable[str]) -> str:
-    """Return a suggestion for a key that is not known; `{doc: a, b c}` makes one of what a comma cut off."""
+def unknown_key(key: Scalar, value: Value, known: Iterable[str], beside: Map | None = None) -> str:
+    """Return a suggestion for a key that is not known, `beside` others; `{doc: a, b c}` makes one of what a comma cut off."""
     known = known if isinstance(known, Collection) else list(known)
     cut_off = isinstance(value, Scalar) and not value.quoted and not value.text and not key.quoted
     if cut_off and closest(key.text, known) is None:
         return "put quotes around the text before it if the comma belongs to it, or give it a value"
-    return did_you_mean(key.text, known)
+    meant = None if beside is None else closest(key.text, known)
+    return did_you_mean(key.text, known) if meant is None or meant not in beside else stands_already(meant)
+
+
+def stands_already(name: str) -> str:
+    """Return what to do about a second spelling of a key that is there."""
+    return f"{name!r} stands there already; remove one of them"

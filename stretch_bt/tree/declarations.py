@@ -34,7 +34,7 @@ def known_keys(
         guess = key.text
         if key.text not in known:
             guess = closest(key.text, [name for name in known if name not in value]) or key.text
-            hint = (hints or {}).get(key.text) or unknown_key(key, given, known)
+            hint = (hints or {}).get(key.text) or unknown_key(key, given, known, value)
             found.append(key.mark.error("key-unknown", f"{what} has no {key.text!r}", hint))
         pairs.setdefault(guess, (Scalar(guess, key.quoted, key.mark), given))
     return Map(tuple(pairs.values()), value.mark)

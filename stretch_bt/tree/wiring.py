@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from stretch_bt.source import Map, Mark, Scalar, Value, closest, is_nothing, is_null, unknown_key
+from stretch_bt.source import Map, Mark, Scalar, Value, closest, is_nothing, is_null, stands_already, unknown_key
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.port import Port
@@ -61,8 +61,7 @@ class Wiring(ValueWiring):
             guess = closest(key.text, free)
             given_already = closest(key.text, known)
             if guess not in absent and given_already is not None and given_already in value:
-                hint = f"{given_already!r} stands there already; remove one of them"
-                self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", hint)
+                self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", stands_already(given_already))
                 continue
             word = None if guess else closest(key.text, RESERVED)
             if guess is None and word is None and len(absent) == 1:

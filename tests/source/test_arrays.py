@@ -137,6 +137,17 @@ def test_damage_is_an_error_that_names_the_file_or_is_harmless(tmp_path, data):
         assert not said or name in said
 
 
+@pytest.mark.parametrize("place", [-6, -5, -4, -3])  # the bytes that say where the table begins
+def test_a_table_of_contents_that_points_before_the_file_is_damage(tmp_path, place):
+    path = tmp_path / "x.npz"
+    np.savez_compressed(path, z=np.arange(300.0))
+    content = bytearray(path.read_bytes())
+    content[place] = 0xFF
+    path.write_bytes(content)
+    with pytest.raises(InvalidInput, match=r"x\.npz is not an npz file"):
+        load_arrays(path, array_names(path))
+
+
 def test_a_file_without_end_is_left(tmp_path):
     with pytest.raises(OSError, match="a pipe or a device"):
         read_bytes(Path("/dev/zero"), 1024)

@@ -89,3 +89,19 @@ def test_long_words_are_compared_with_nothing() -> None:
     long = ["".join(random.choices(letters, k=50_000)) for _ in range(3)]
     assert closest(long[0], long) is None  # comparing them takes minutes
     assert closest("depht", [*long, "depth"]) == "depth"
+
+
+@pytest.mark.parametrize(
+    ("file", "taken"),
+    [
+        ("format: stretch-scene/1\nobject: {type: sphere, diameter: 30 mm, diametre: 20 mm}\n", "diameter"),
+        ("format: stretch-cell/1\ndevices: {arm: {driver: simulated}}\nlimits: {}\nlimit: {}\n", "limits"),
+        ("format: stretch-sweep/1\ntree: palpate_stiffness\nseeds: 2\nseed: 3\n", "seeds"),
+        (f"{HEAD}params: {{}}\nparam: {{}}\ntrees:\n  main:\n    sequence: [wait: {{duration: 1 s}}]\n", "params"),
+    ],
+)
+def test_a_key_that_is_there_already_is_not_suggested_again(file: str, taken: str, tmp_path: Path) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_text(file)
+    hints = [d.hint for d in check([path]) if d.code == "key-unknown"]
+    assert hints == [f"{taken!r} stands there already; remove one of them"]
