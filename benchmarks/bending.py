@@ -94,11 +94,12 @@ def drawn(random: np.random.Generator) -> tuple[str, str]:
 
 
 def changes(scene: Scene, body: Indenter | Several | None = None) -> dict[str, float]:
-    """Return what bending changes in the press of a scene, on the body of its object or another."""
+    """Return what bending changes in the press of a scene, on the body of its object or another, where it is seen."""
     (force, height, size), (bent, higher, wider) = (
         _pressed(scene, body or scene.object.body(), bending) for bending in (False, True)
     )
-    return {"force": bent / force - 1, "height": higher - height, "size": wider - size}
+    found = {"force": bent / force - 1, "height": higher - height, "size": wider - size}
+    return {name: change for name, change in found.items() if math.isfinite(change)}  # a shallow one has no such length
 
 
 def _pressed(scene: Scene, body: Indenter | Several | None, bending: bool) -> tuple[float, float, float]:
@@ -140,7 +141,7 @@ def check(found: list[Row]) -> None:
         told: dict[str, float] = {size.observable: size.value for size in Bending.sizes(case, None)}
         for name, change in row.changes.items():
             estimate, tolerance = told.get(name, 0.0), TOLERANCES[name]
-            if math.isfinite(change) and (abs(change) > 0.1 * tolerance or estimate > 0.3 * tolerance):
+            if abs(change) > 0.1 * tolerance or estimate > 0.3 * tolerance:
                 shares.setdefault((name, row.kind), []).append(estimate / change)
     print(f"{'result':8s} {'body':14s} {'bodies':>6s} {'median':>7s} {'least':>7s} {'most':>7s}  within 1.5")
     for (name, kind), values in sorted(shares.items()):
@@ -163,7 +164,7 @@ def fit(found: list[Row]) -> None:
     )
     for name in TOLERANCES:
         for holds in ("rim", "crest", "ridge", "dome", "point"):
-            known = [(_case(row), row.changes[name]) for row in found]
+            known = [(_case(row), row.changes.get(name, 0.0)) for row in found]
             kept = [(case, change) for case, change in known if case.rough.holds == holds and change > 0]
             if len(kept) < 6:
                 continue
