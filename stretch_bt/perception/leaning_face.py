@@ -50,9 +50,9 @@ LEAST_AREA, ROUND = (
     1.5,
 )  # squared radii of a flat contact, and of one that is round or two, that half a face times the other must hold
 # Standard deviation of the height: parts of the distance between the heights of contact and face, and of the rise of the face over half its
-# width; and, where no face is found, of the slope of the ring times the radius. Set over the first 24 surfaces of each row of
-# `python benchmarks/leaning_tops.py`.
-OFF, EXTENT, UNSEEN = 0.4, 0.3, 3.0
+# width; and, where no face is found, of the radius of the contact, most of it at such a slope of the ring. Set over the first 24 surfaces of each
+# row of `python benchmarks/leaning_tops.py`.
+OFF, EXTENT, UNSEEN, SOON = 0.4, 0.3, 0.15, 0.04
 NONE = Lean(None, 0.0)
 
 
@@ -148,7 +148,7 @@ def face_of(
     by_chance = BY_CHANCE * math.sqrt(noise.of_mean(int(np.count_nonzero(there))))
     face, askew = face_around(cells - [contact[0], contact[1], 0.0], around, by_chance)
     if face is None:
-        return Lean(None, UNSEEN * askew if flat else 0.0)
+        return Lean(None, UNSEEN * radius * (1.0 - math.exp(-askew / (SOON * radius))))
     sd = math.hypot(top.sd, OFF * (top.value - face.height), EXTENT * face.slope * math.sqrt(face.area))
     return Lean(Estimate(face.height, sd), 0.0)
 

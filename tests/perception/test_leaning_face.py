@@ -29,3 +29,10 @@ def test_a_membrane_that_is_steep_to_one_side_shows_no_face(shape):
     off, over = ratios([surface_of(shape, n % 12) for n in range(24)], "bench, 8 frames")
     assert np.abs(off).max() < 0.8e-3
     assert np.sqrt(np.mean(over**2)) < 1.4
+
+
+@pytest.mark.parametrize(("noise", "number"), [("bench", 21), ("shared 0.3, 3 px", 4)])
+def test_a_high_corner_that_looks_round_beside_a_membrane_that_leans_is_no_top_of_its_own(noise, number):
+    surface, _ = leaning("box", 3, number)
+    top = height(seen(surface, NOISES[noise], np.random.default_rng((number, 7))))
+    assert abs(top.value - surface.top) < 2.0 * top.sd
