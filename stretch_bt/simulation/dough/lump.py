@@ -113,6 +113,8 @@ class Lump:
     def flattened(self, plastic: float) -> Lump:
         """Return the lump lower by a height, m, for good: its underside is flat and its sides took the volume.
 
+        It lies on another face then, so that the path since its last full step of rolling counts no longer.
+
         Raises
         ------
         NoEquilibrium
@@ -127,7 +129,7 @@ class Lump:
         radii, found = self.radii.copy(), self.directions
         flatten(radii, self.upward, found.vectors, found.neighbours, found.weights, plastic, self.volume)
         strain = self.strain + math.log(self.height / (self.height - plastic))
-        return replace(self, radii=radii, strain=strain)
+        return replace(self, radii=radii, strain=strain, pending=Path())
 
     def rolled(
         self,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.simulation.advisor.advise import advise
-from stretch_bt.simulation.dough.lump import Lump
+from stretch_bt.simulation.dough.lump import STEP, Lump
 from stretch_bt.simulation.dough.surface import upper_side
 from stretch_bt.simulation.effects import Active, registry
 from stretch_bt.simulation.membrane.press import press
@@ -163,3 +163,15 @@ def test_its_thickness_is_how_high_it_stands_on_the_table(drop):
     thing = specimen(*USUAL, edge="60 mm", yield_stress="1 kPa")
     state = thing.start()
     assert thing.known(state, drop)["thickness"] == pytest.approx(thing.standing(state, drop).top - thing.spec.base)
+
+
+@pytest.mark.parametrize("before", [0.1, 0.5, 0.9])  # of a step of rolling
+def test_a_disc_stays_one_when_the_hand_stands_a_little_beside_where_it_was_sent(before):
+    """The rest of a step from before the press was completed by the hand's jitter, and the disc was a lump that rolled."""
+    thing = specimen(*USUAL, yield_stress="1 kPa")
+    state = rolled(thing, 0.3)
+    state = thing.after(state, pushed(before * 2 * STEP * state.lump.ball, 0.0))
+    state = thing.after(state, pushed(drop=0.3 * state.lump.height))
+    for k in range(12):
+        state = thing.after(state, pushed(3e-5 * (-1) ** k, 3e-5))
+    assert state.pressed > 0.25
