@@ -80,7 +80,8 @@ def unknown_key(key: Scalar, value: Value, known: Iterable[str], beside: Map | N
     if cut_off and closest(key.text, known) is None:
         return "put quotes around the text before it if the comma belongs to it, or give it a value"
     meant = None if beside is None else closest(key.text, known)
-    return did_you_mean(key.text, known) if meant is None or meant not in beside else stands_already(meant)
+    is_taken = beside is not None and meant is not None and meant in beside
+    return stands_already(meant) if is_taken and meant else did_you_mean(key.text, known)
 
 
 def stands_already(name: str) -> str:

@@ -41,15 +41,15 @@ def test_presses_of_the_solved_sheet_lie_within_what_the_law_states():
     assert max(press.lift for press in presses) > 0.2e-3
 
 
-def test_tops_that_bow_and_flat_ones_are_lifted_by_what_is_stated():
-    """A law that took bowed tops for flat was off by 1.9 stated deviations, and by up to 5."""
-    rng = np.random.default_rng(5)
-    presses = [bowed(rng) for _ in range(20)]
+def test_tops_that_noise_makes_wider_are_lifted_by_what_is_stated():
+    """A law that was tried without noise alone took flat tops whose skirt counted as contact for round, up to 14 stated deviations off."""
+    lifted = [found for seed in range(5000, 5024) for found in bowed(seed, ("white 0.05", "bench, 8 frames"))]
     for flat in (True, False):
-        over = np.array([press.over for press in presses if press.flat == flat])
-        assert len(over) > 6
-        assert 0.3 < np.sqrt(np.mean(over**2)) < 1.3
-    assert max(press.lift for press in presses) > 0.2e-3
+        over = np.array([found.over for found in lifted if (found.kind in ("disc", "block")) == flat])
+        assert len(over) > 12
+        assert 0.3 < np.sqrt(np.mean(over**2)) < 1.5
+        assert np.abs(over).max() < 4.5
+    assert max(found.lift for found in lifted) > 0.2e-3
 
 
 @pytest.mark.parametrize("thickness", [1e-300, 1e-60, 1e300])
