@@ -17,6 +17,7 @@ from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
 from stretch_bt.sweep.memory import give_back
+from stretch_bt.sweep.own_copies import copies_alone
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
@@ -48,8 +49,10 @@ def _ran(spec: Spec) -> Ran:
     base = laid_out(spec.files)
     home = base / spec.home
     limit = WallLimit(spec.limit)
-    worker = f"{platform.node()}:{os.getpid()}"
+    worker = _worker()
+    homes = [os.path.normpath(Path(spec.home, name)) for name in (spec.tree, spec.cell) if name is not None]
     with (
+        copies_alone(base, spec.files, spec.origin, [name for name in homes if name in spec.files]),
         fresh_folder(spec.files, spec.home) as folder,
         redirect_stdout(sys.stderr),
         copies_of(spec.origin, base),  # the folder of a worker goes with it
@@ -75,6 +78,11 @@ def _ran(spec: Spec) -> Ran:
         row |= {"reason": _without(base, home, row["reason"]), "worker": worker}
         stopped = result.status == "INTERRUPTED" and limit.signalled
         return Ran(row, None if result.record is None else _files(Path(result.record)), stopped)
+
+
+def _worker() -> str:
+    """Return host and process."""
+    return f"{platform.node()}:{os.getpid()}"
 
 
 def _at(name: str | None, home: Path) -> Any:

@@ -130,8 +130,10 @@ def test_a_module_that_a_node_imported_as_it_ticked_is_refused_once_it_is_change
     (spec,) = lab.specs()
     assert run_item(spec).row["status"] == "SUCCESS"
     later.write_text("NUMBER = 2\n")
-    with pytest.raises(InvalidInput, match=r"later\.py was changed after this process imported it"):
-        lab.specs()
+    (changed,) = lab.specs()
+    assert changed.key != spec.key
+    with pytest.raises(InvalidInput, match="imported another 'sweep_lazy', of an earlier sweep"):
+        run_item(changed)
 
 
 LATE = "sys.modules['stretch_bt.sweep.wall_limit'].time.now += 1e9\n"  # the limit of an item is over
@@ -191,9 +193,11 @@ def test_a_worker_elsewhere_lays_out_the_files(lab, tmp_path):
     assert not folder.is_relative_to(tmp_path)
 
 
-def test_a_file_that_was_changed_while_the_sweep_runs_is_refused(lab):
+def test_a_file_that_is_changed_while_the_sweep_runs_counts_as_it_was_and_its_copy_stays_as_it_is(lab):
     spec = lab.specs()[0]
     (lab.folder / "count.yaml").write_text("format: stretch-tree/1\n")
+    assert run_item(spec).row["status"] == "SUCCESS"
+    (laid_out(spec.files) / "count.yaml").write_text("format: stretch-tree/1\n")
     with pytest.raises(InvalidInput, match="was changed while the sweep ran"):
         run_item(spec)
 
@@ -207,8 +211,8 @@ def test_another_module_of_the_same_name_is_refused(own, lab):
 
 
 @pytest.mark.parametrize("inner", ["__init__", "nodes"])
-def test_a_package_of_an_earlier_sweep_is_refused(lab, own_nodes, inner, monkeypatch):
-    """Each item was an ERROR of its own, which --resume does not run again."""
+def test_a_package_of_an_earlier_sweep_is_refused_where_its_text_is_another(lab, own_nodes, inner):
+    """Each item was an ERROR of its own, which --resume does not run again; and one was refused whose tree alone had changed."""
     package = f"sweep_package_{inner.strip('_')}"  # without an __init__.py it has no file of its own
     lab.write(f"{package}/{inner}.py", "NUMBER = 1\n")
     name = package if inner == "__init__" else f"{package}.{inner}"
@@ -217,5 +221,7 @@ def test_a_package_of_an_earlier_sweep_is_refused(lab, own_nodes, inner, monkeyp
     lab.sweep("tree: own.yaml")
     (spec,) = lab.specs()
     assert run_item(spec).row["status"] == "SUCCESS"
+    again = replace(spec, files=spec.files | {"own.yaml": f"{tree}# changed\n".encode()})
+    assert run_item(again).row["status"] == "SUCCESS"
     with pytest.raises(InvalidInput, match=f"another '{package}', of an earlier sweep; restart the workers"):
-        run_item(replace(spec, files=spec.files | {"own.yaml": f"{tree}# changed\n".encode()}))
+        run_item(replace(spec, files=spec.files | {f"{package}/{inner}.py": b"NUMBER = 2\n"}))
