@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
+from stretch_bt.errors import DeviceFault, InvalidInput, MissingExtra, NoAnswer, StretchError, named, writable
 from stretch_bt.hardware.imported_texts import note_imported
 from stretch_bt.quantity_text import format_duration
 from stretch_bt.runtime.copies import copies_of
@@ -33,6 +33,8 @@ def run_item(spec: Spec) -> Ran:
     InvalidInput
         This process has another `stretch_bt` than the one that the key was made with, or imported another module of
         the same name.
+    MissingExtra
+        This machine lacks a package that the item needs.
     KeyboardInterrupt
         A signal came while the run was prepared.
     """
@@ -69,6 +71,9 @@ def _ran(spec: Spec) -> Ran:
                 out=None if spec.record == "none" else folder / "record",
                 watch=limit.watch,
             )
+        except MissingExtra as error:  # of this machine, not of the item
+            what = f"{worker} lacks a package that the item needs: {writable(error)}"
+            raise MissingExtra(f"{what}, on each machine with workers, and go on with --resume") from None
         except Exception as error:  # one item that breaks must not end a sweep
             status, reason = _refused(error)
             return Ran(spec.row(status, _without(base, home, reason), worker=worker))

@@ -1,5 +1,6 @@
 """One item: whatever it comes to is a row, and it changes nothing of the process and sees nothing of another item."""
 
+import platform
 import signal
 import sys
 import threading
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, MissingExtra
 from stretch_bt.sweep import run_item, wall_limit
 from stretch_bt.sweep.laid_out import laid_out
 
@@ -76,6 +77,17 @@ def test_a_defect_of_ours_is_a_row_too(lab, monkeypatch):
     module = sys.modules["stretch_bt.sweep.run_item"]
     monkeypatch.setattr(module, "run", lambda *_, **__: 1 / 0)
     assert run_item(lab.specs()[0]).row["reason"] == "ZeroDivisionError: division by zero"
+
+
+def test_a_package_that_a_worker_lacks_is_no_row_of_an_item(lab, monkeypatch):
+    """Each item was an ERROR, which --resume does not run again."""
+
+    def lacks(*_, **__):
+        raise MissingExtra("mesh files need trimesh: pip install 'stretch-bt[mesh]'")
+
+    monkeypatch.setattr(sys.modules["stretch_bt.sweep.run_item"], "run", lacks)
+    with pytest.raises(MissingExtra, match=rf"{platform.node()}:\d+ lacks .* trimesh: pip install .* with --resume"):
+        run_item(lab.specs()[0])
 
 
 def test_what_a_node_writes_beside_is_gone_when_the_next_begins(own, lab, tmp_path):
