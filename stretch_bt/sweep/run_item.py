@@ -39,8 +39,8 @@ def run_item(spec: Spec) -> Ran:
         A signal came while the run was prepared.
     """
     if spec.source != package_digest():
-        who = f"{platform.node()} has another stretch_bt than the sweep"
-        raise InvalidInput(f"{who}; install the same version, with the same changes, on all machines")
+        who = f"{_worker()} has another stretch_bt than the sweep"
+        raise InvalidInput(f"{who}; install the same version, with the same changes, there, and go on with --resume")
     try:
         return _ran(spec)
     finally:
