@@ -13,6 +13,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput, MissingExtra, StretchError, named
 from stretch_bt.sweep import dask_worker
 from stretch_bt.sweep.crew import Crew, cannot_run
+from stretch_bt.sweep.dask_scheduler import address_of, await_scheduler, quiet
 from stretch_bt.sweep.job import Job, Ran
 
 __all__ = ["cluster"]
@@ -130,25 +131,42 @@ def _gone(error: Exception) -> StretchError:
 @contextmanager
 def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     try:
-        from distributed import Client, LocalCluster
+        import distributed  # noqa: F401
     except ImportError:
         raise MissingExtra("the engine 'dask' needs dask.distributed: pip install 'stretch-bt[dask]'") from None
-    if scheduler is not None:
-        try:
-            client = Client(scheduler, timeout="10 s")
-        except (OSError, TimeoutError, ValueError) as error:
-            raise InvalidInput(
-                f"there is no Dask scheduler at {scheduler!r} ({named(error)}); start one with 'dask scheduler'"
-            ) from None
-        with client:
-            yield client
-        return
-    import dask
+    with _of_scheduler(scheduler) if scheduler is not None else _of_here(workers) as client:
+        yield client
 
-    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": "127.0.0.1:0", "preload": [dask_worker.__name__]}
+
+@contextmanager
+def _of_scheduler(scheduler: str) -> Iterator[Any]:
+    from distributed import Client
+
+    address = address_of(scheduler)
+    try:
+        await_scheduler(address)
+        client = Client(address, timeout="10 s")
+    except Exception as error:  # whatever a server that is none answers with
+        raise InvalidInput(
+            f"there is no Dask scheduler at {scheduler!r} ({named(error)}); start one with 'dask scheduler'"
+        ) from None
+    with quiet(), client:
+        yield client
+
+
+@contextmanager
+def _of_here(workers: int) -> Iterator[Any]:
+    import dask
+    from distributed import Client, LocalCluster
+
+    told: Any = {
+        "silence_logs": logging.CRITICAL,
+        "dashboard_address": "127.0.0.1:0",
+        "preload": [dask_worker.__name__],
+    }
     with (
         dask.config.set(_SETTINGS),
-        LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
+        LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **told) as here,
         Client(here) as client,
     ):
         yield client

@@ -130,12 +130,12 @@ def _done(rows: RowFile, records: Path, kept: Kept) -> set[str]:
 def _begun(rans: Generator[Ran, None, None], rows: RowFile, file: Path) -> Iterator[Iterator[Ran]]:
     """Hand out what an engine yields once it has begun.
 
-    Where it refuses to, no folder without a row is left behind: the next try would find it in use.
+    Where it breaks before that, no folder without a row is left behind: the next try would find it in use.
     """
     with closing(rans):
         try:
             first = list(islice(rans, 1))
-        except InvalidInput:
+        except Exception:
             if not rows.statuses:
                 _clear(rows.path.parent, file)
             raise

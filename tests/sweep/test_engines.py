@@ -1,13 +1,15 @@
 """Engines: the same rows from each, on real processes; and what is refused."""
 
 import json
+import socket
+import threading
 from contextlib import contextmanager
 
 import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.runtime.replay import replay
-from stretch_bt.sweep import sweep
+from stretch_bt.sweep import dask_scheduler, sweep
 from stretch_bt.sweep.cluster import _client, cluster
 from stretch_bt.sweep.engines import engine_of
 from stretch_bt.sweep.serial import serial
@@ -99,6 +101,21 @@ def test_a_worker_with_threads_is_refused(lab):
         next(cluster(lab.specs(), 1, two.scheduler_address))
 
 
-def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch):
-    with pytest.raises(InvalidInput, match="there is no Dask scheduler at 'nowhere:1'"):
-        next(cluster(lab.specs(), 1, "nowhere:1"))
+@pytest.mark.parametrize("speaks", [b"", b"SSH-2.0-OpenSSH_9.2\r\n", b"220 smtp\r\n"])
+def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch, speaks):
+    """What listened in silence was waited for without end, and what spoke first ended in a traceback."""
+    monkeypatch.setattr(dask_scheduler, "PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        held = []
+
+        def greet():
+            held.append(server.accept()[0])
+            held[0].sendall(speaks)
+
+        thread = threading.Thread(target=greet)
+        thread.start()
+        with pytest.raises(InvalidInput, match=f"there is no Dask scheduler at '{address}'"):
+            next(cluster(lab.specs(), 1, address))
+        thread.join()
+        held[0].close()

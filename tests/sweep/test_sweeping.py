@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from stretch_bt.errors import InvalidInput, RecordError, SweepError
+from stretch_bt.errors import InvalidInput, RecordError, StretchError, SweepError
 from stretch_bt.sweep import Ran, sweep
 from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.summary import Summary
@@ -130,16 +130,17 @@ def test_the_folder_of_a_sweep_is_gone_on_in(lab, tmp_path):
         sweep(lab.file, out=tmp_path / "out")
 
 
+@pytest.mark.parametrize("kind", [InvalidInput, StretchError, MemoryError])
 @pytest.mark.parametrize("there", [False, True])
-def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_path, there):
+def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_path, there, kind):
     def refuses(specs):
-        raise InvalidInput("there is no scheduler")
+        raise kind("there is no scheduler")
         yield
 
     out = tmp_path / "out"
     if there:
         out.mkdir()
-    with pytest.raises(InvalidInput, match="no scheduler"):
+    with pytest.raises(kind, match="no scheduler"):
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
