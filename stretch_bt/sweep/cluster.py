@@ -166,7 +166,20 @@ def _of_here(workers: int) -> Iterator[Any]:
     }
     with (
         dask.config.set(_SETTINGS),
-        LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **told) as here,
+        _begun(
+            lambda: LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **told)
+        ) as here,
         Client(here) as client,
     ):
         yield client
+
+
+def _begun(make: Callable[[], Any]) -> Any:
+    """Return what has started the workers of this machine."""
+    try:
+        return make()
+    except RuntimeError as error:
+        script = "in a script, sweep below the line 'if __name__ == \"__main__\":', for each worker reads the script"
+        raise StretchError(
+            f"the worker processes do not begin ({named(error)}); {script}; else run with --engine serial to see why"
+        ) from None

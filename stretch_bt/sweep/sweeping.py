@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
@@ -91,6 +92,7 @@ def sweep(
     InvalidInput
         The folder cannot be used, or a Python module was changed after this process imported it.
     """
+    _end_reader()
     began = time.perf_counter()
     checked = check_sweep(file).require()
     items = items_of(checked)
@@ -111,6 +113,13 @@ def sweep(
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
+
+
+def _end_reader() -> None:
+    """End a worker of Dask that reads the script which begins this sweep, before it sweeps too; `cluster` says why none begins."""
+    process = multiprocessing.current_process()
+    if getattr(process, "_inheriting", False) and process.name.startswith("Dask Worker"):
+        raise SystemExit(1)
 
 
 def _same(one: Path, other: Path) -> bool:

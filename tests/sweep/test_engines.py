@@ -7,10 +7,10 @@ from contextlib import contextmanager
 
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.replay import replay
 from stretch_bt.sweep import dask_scheduler, sweep
-from stretch_bt.sweep.cluster import _client, cluster
+from stretch_bt.sweep.cluster import _begun, _client, cluster
 from stretch_bt.sweep.engines import engine_of
 from stretch_bt.sweep.serial import serial
 
@@ -119,3 +119,11 @@ def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch, speaks):
             next(cluster(lab.specs(), 1, address))
         thread.join()
         held[0].close()
+
+
+def test_workers_that_do_not_begin_are_told_with_the_next_step():
+    def fails():
+        raise RuntimeError("Nanny failed to start.")
+
+    with pytest.raises(StretchError, match=r"Nanny failed to start.*if __name__ == .* --engine serial"):
+        _begun(fails)

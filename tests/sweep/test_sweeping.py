@@ -4,6 +4,7 @@ import json
 import math
 import re
 import resource
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
@@ -144,6 +145,14 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
+
+
+def test_a_worker_that_reads_the_script_of_a_sweep_does_not_sweep(lab, tmp_path, monkeypatch):
+    process = SimpleNamespace(_inheriting=True, name="Dask Worker process (from Nanny)")
+    monkeypatch.setattr("multiprocessing.current_process", lambda: process)
+    with pytest.raises(SystemExit):
+        sweep(lab.file, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 #: a field of a row, and what may stand in its place instead of nothing
