@@ -98,8 +98,6 @@ def sweep(
     items = items_of(checked)
     folder = _folder(out, resume)
     with closing(RowFile(folder / ROWS, can_be_summed_up)) as rows:
-        if not _same(checked.file.path, folder / SWEEP):
-            shutil.copyfile(checked.file.path, folder / SWEEP)
         done = _done(rows, folder / RECORDS, checked.file.record)
         left = sum(spec.key not in done for spec in items)
         try:
@@ -110,8 +108,10 @@ def sweep(
             there = sum(spec.key in rows.statuses for spec in items)
             error.add_note(f"{there} of {len(items)} items have a row; go on with --resume --out {folder}")
             raise
-        summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
-    pictures = write_pictures(folder, summary)
+        with _on_disk("the summary", folder):
+            summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
+    with _on_disk("the pictures", folder):
+        pictures = write_pictures(folder, summary)
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
 
 
@@ -143,12 +143,30 @@ def _begun(rans: Generator[Ran, None, None], rows: RowFile, file: Path) -> Itera
     """
     with closing(rans):
         try:
+            _copy(file, rows.path.parent / SWEEP)
             first = list(islice(rans, 1))
         except Exception:
             if not rows.statuses:
                 _clear(rows.path.parent, file)
             raise
         yield chain(first, rans)
+
+
+def _copy(file: Path, copy: Path) -> None:
+    content = file.read_bytes()
+    if not _same(file, copy):
+        with _on_disk("the copy of the sweep file", copy):
+            copy.write_bytes(content)
+
+
+@contextmanager
+def _on_disk(what: str, path: Path) -> Iterator[None]:
+    """Say what could not be written where the disk takes no more."""
+    try:
+        yield
+    except OSError as error:
+        message = f"{error.filename or path}: cannot write {what}: {error.strerror}"
+        raise InvalidInput(f"{message}; make room and go on with --resume") from None
 
 
 def _clear(folder: Path, file: Path) -> None:
@@ -175,7 +193,9 @@ def _written(rans: Iterator[Ran], rows: RowFile, left: int, progress: Progress) 
 def _keep(rows: RowFile, ran: Ran) -> None:
     """Write the record of an item and then its row, so that no row is without its record."""
     if ran.record is not None:
-        _put(ran.record, rows.path.parent / RECORDS / ran.row["key"])
+        record = rows.path.parent / RECORDS / ran.row["key"]
+        with _on_disk("the record of an item", record):
+            _put(ran.record, record)
     rows.write(ran.row)
 
 
@@ -184,11 +204,15 @@ def _put(files: Mapping[str, bytes], folder: Path) -> None:
     new, old = (folder.with_name(f".{folder.name}.{what}") for what in ("new", "old"))
     for left in (new, old):  # of a sweep that was killed here
         shutil.rmtree(left, ignore_errors=True)
-    new.mkdir(parents=True)
-    for name, content in files.items():
-        path = new / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+    try:
+        new.mkdir(parents=True)
+        for name, content in files.items():
+            path = new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError:
+        shutil.rmtree(new, ignore_errors=True)
+        raise
     if folder.exists():
         folder.rename(old)
     new.rename(folder)

@@ -3,6 +3,7 @@
 import json
 import socket
 import threading
+import warnings
 from contextlib import contextmanager
 
 import pytest
@@ -12,6 +13,7 @@ from stretch_bt.runtime.replay import replay
 from stretch_bt.sweep import dask_scheduler, sweep
 from stretch_bt.sweep.cluster import _begun, _client, cluster
 from stretch_bt.sweep.engines import engine_of
+from stretch_bt.sweep.local import _closed
 from stretch_bt.sweep.serial import serial
 
 TWENTY = "tree: count.yaml\nset: {number: [1, 2, 3, 4]}\nseeds: 5"
@@ -127,3 +129,16 @@ def test_workers_that_do_not_begin_are_told_with_the_next_step():
 
     with pytest.raises(StretchError, match=r"Nanny failed to start.*if __name__ == .* --engine serial"):
         _begun(fails)
+
+
+def test_a_sweep_that_ends_before_its_items_hears_nothing_of_batches():
+    def rans():
+        try:
+            yield 1
+        finally:
+            warnings.warn("You could benefit from adjusting the input task iterator", stacklevel=1)
+
+    found = rans()
+    with warnings.catch_warnings(record=True) as told, _closed(found):
+        next(found)
+    assert told == []

@@ -1,9 +1,11 @@
 """A sweep from its file to rows, summary and pictures; items that run again, and refusals."""
 
+import errno
 import json
 import math
 import re
 import resource
+from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -147,6 +149,34 @@ def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_
     assert sweep(lab.file, out=out).whole is True
 
 
+def test_a_full_disk_is_told_with_the_file_that_was_written_and_the_next_step(lab, tmp_path, monkeypatch):
+    """The sweep file itself was named, or nothing; and what had begun was in the way of the next try."""
+    full = {"sweep.yaml"}
+    write = Path.write_bytes
+
+    def written(path, content):
+        if path.name in full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    def recorded(specs):
+        for spec in specs:
+            yield Ran(spec.row("SUCCESS", ""), {"run.json": b"{}"})
+
+    monkeypatch.setattr(Path, "write_bytes", written)
+    out = tmp_path / "out"
+    with pytest.raises(InvalidInput, match=f"^{out}/sweep.yaml: cannot write .*: No space left on device; make room"):
+        sweep(lab.file, recorded, out=out)
+    assert not out.exists()
+    full.clear()
+    full.add("run.json")
+    with pytest.raises(InvalidInput, match=f"^{out}/records/.*: cannot write the record .* go on with --resume"):
+        sweep(lab.file, recorded, out=out)
+    assert list((out / "records").iterdir()) == []
+    full.clear()
+    assert sweep(lab.file, recorded, out=out, resume=True).whole
+
+
 def test_a_worker_that_reads_the_script_of_a_sweep_does_not_sweep(lab, tmp_path, monkeypatch):
     process = SimpleNamespace(_inheriting=True, name="Dask Worker process (from Nanny)")
     monkeypatch.setattr("multiprocessing.current_process", lambda: process)
@@ -225,7 +255,7 @@ def test_an_item_whose_record_was_not_written_whole_runs_again(lab, tmp_path, fu
 
         return engine
 
-    with pytest.raises(OSError, match="File too large"):
+    with pytest.raises(InvalidInput, match="cannot write the record of an item: File too large"):
         sweep(lab.file, recorded([60], []), out=tmp_path / "out", resume=True)
     full_disk()
     for again in (keys, []):
