@@ -12,7 +12,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, RecordError
 from stretch_bt.runtime.record.folder import EVENTS, MCAP, Kept, claim
 from stretch_bt.runtime.sweep_check import check_sweep
 from stretch_bt.sweep.engines import Engine
@@ -223,7 +223,7 @@ def _folder(out: str | Path | None, resume: bool) -> Path:
     if not resume:
         if out is not None and (Path(out) / ROWS).is_file():
             raise InvalidInput(f"{out} holds the rows of a sweep; go on with --resume, or name a new folder")
-        return claim(None if out is None else Path(out))
+        return _claimed(out)
     if out is None:
         raise InvalidInput("--resume goes on in a folder; name it with --out")
     folder = Path(out).absolute()
@@ -231,4 +231,12 @@ def _folder(out: str | Path | None, resume: bool) -> Path:
         raise InvalidInput(f"{folder}: it holds no {ROWS} of a sweep; name the folder of one, or a new folder")
     if folder.is_dir():
         return folder
-    return claim(folder)
+    return _claimed(folder)
+
+
+def _claimed(out: str | Path | None) -> Path:
+    try:
+        return claim(None if out is None else Path(out), "the output of a sweep")
+    except RecordError as error:
+        found = error.diagnostics[0]
+        raise InvalidInput(f"{found.file}: {found.message}; {found.hint}") from None

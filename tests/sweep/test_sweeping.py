@@ -117,8 +117,10 @@ def test_a_row_is_never_without_its_record(lab, tmp_path):
 def test_folders_that_cannot_be_used_are_refused_before_anything_runs(lab, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
-    with pytest.raises(RecordError, match="not empty"):
+    with pytest.raises(InvalidInput, match=f"^{tmp_path}/full: the folder is not empty; name a new folder"):
         sweep(lab.file, out=tmp_path / "full")
+    with pytest.raises(InvalidInput, match=f"^{tmp_path}/full/file: this is a file; the output of a sweep is a folder"):
+        sweep(lab.file, out=tmp_path / "full" / "file")
     with pytest.raises(InvalidInput, match=r"it holds no rows\.jsonl of a sweep"):
         sweep(lab.file, out=tmp_path / "full", resume=True)
     with pytest.raises(InvalidInput, match="name it with --out"):
