@@ -102,11 +102,11 @@ def _row(spec: Spec, result: RunResult, limit: WallLimit) -> dict[str, Any]:
 
 
 def _refused(error: Exception) -> tuple[str, str]:
-    """Return the status and the reason of a run that did not begin, as `run` would print them."""
+    """Return the status and the reason of a run that did not begin, as `run` would print them, for a sweep file."""
     if not isinstance(error, StretchError):
         return "ERROR", writable(named(error))
     fault = isinstance(error, DeviceFault) and not isinstance(error, NoAnswer)
-    return "FAULT" if fault else "ERROR", writable(error)
+    return "FAULT" if fault else "ERROR", writable(error).replace("--tolerance", "tolerance")
 
 
 def _without(base: Path, home: Path, text: str) -> str:
