@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import chdir, contextmanager
 from pathlib import Path
 
-from stretch_bt.errors import InvalidInput
 from stretch_bt.sweep.own_copies import refuse_changed
 
 __all__ = ["fresh_folder", "laid_out"]
@@ -20,25 +19,21 @@ _folders: dict[str, Path] = {}
 
 
 def laid_out(files: Mapping[str, bytes]) -> Path:
-    """Return the folder in which this process has some files, written when it is first asked for them.
+    """Return the folder in which this process has some files, written when it is first asked for them, and where a node changed them.
 
     Raises
     ------
     InvalidInput
-        An earlier sweep imported Python modules of the same names in another text, or a file was changed where it stands.
+        An earlier sweep imported Python modules of the same names in another text.
     """
     key = _digest(files)
     if key not in _folders:
         refuse_changed(files)
-        folder = Path(tempfile.mkdtemp(prefix="stretch-sweep-")).resolve()
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        _write(files, folder)
-        _folders[key] = folder
-    for name, content in files.items():
-        if (_folders[key] / name).read_bytes() != content:
-            what = f"{_folders[key] / name} was changed while the sweep ran"
-            raise InvalidInput(f"{what}; let nodes write into the current folder alone, and go on with --resume")
-    return _folders[key]
+        _folders[key] = Path(tempfile.mkdtemp(prefix="stretch-sweep-")).resolve()
+        atexit.register(shutil.rmtree, _folders[key], ignore_errors=True)
+    folder = _folders[key]
+    _write({name: content for name, content in files.items() if not _holds(folder / name, content)}, folder)
+    return folder
 
 
 @contextmanager
@@ -59,6 +54,10 @@ def _digest(files: Mapping[str, bytes]) -> str:
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == content
 
 
 def _write(files: Mapping[str, bytes], folder: Path) -> None:

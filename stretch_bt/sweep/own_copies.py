@@ -83,7 +83,7 @@ def refuse_changed(files: Mapping[str, bytes]) -> None:
             new = [content for path, content in files.items() if f"/{path}".endswith(ends)]
             if file is None or not new or not Path(file).is_relative_to(folder):
                 continue
-            if Path(file).read_bytes() not in new:
+            if not Path(file).is_file() or Path(file).read_bytes() not in new:
                 what = f"this worker has imported another {name.partition('.')[0]!r}, of an earlier sweep"
                 raise InvalidInput(f"{what}; restart the workers, and go on with --resume")
 

@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from importlib.machinery import PathFinder
 
 import pytest
 
@@ -51,11 +52,22 @@ def row(spec):
     return {name: value for name, value in run_item(spec).row.items() if not name.endswith("_seconds")}
 
 
-@pytest.mark.parametrize("leads", [True, False])
+class Editable:
+    """Finds a module in a folder, as the finder of an editable install does."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def find_spec(self, name, path=None, target=None):
+        return PathFinder.find_spec(name, [str(self.folder)]) if path is None else None
+
+
+@pytest.mark.parametrize("leads", ["path", "finder", "nothing"])
 def test_rows_are_the_same_where_the_folder_of_the_tree_is_on_the_path(lab, own_nodes, monkeypatch, leads):
     """A script beside the tree: each item of a worker was an ERROR, for another module had the name of the copy."""
-    monkeypatch.setattr(sys, "path", [*([str(lab.folder)] if leads else []), *sys.path])
-    name = f"sweep_copied_{'on' if leads else 'off'}"
+    monkeypatch.setattr(sys, "path", [*([str(lab.folder)] if leads == "path" else []), *sys.path])
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, *([Editable(lab.folder)] if leads == "finder" else [])])
+    name = f"sweep_copied_{leads}"
     here, elsewhere = given(lab, name, "NUMBER")
     before = sys.modules[name], sys.modules[f"{name}_helper"], registry.known(), list(sys.path)
     rows = [row(spec) for spec in (here, elsewhere, here)]
