@@ -12,7 +12,6 @@ import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json, in_place
 from stretch_bt.cli.rows import add_row
-from stretch_bt.cli.stops import stops
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -53,11 +52,7 @@ def command(
         chosen = engine_of(engine, workers, scheduler, shown.say)
         if resume and out is not None and not out.exists():
             shown.say(f"{out} is not there: there is nothing to go on with, and the sweep begins")
-        try:
-            found = sweep(file, chosen, out=out, resume=resume, progress=shown)
-        except KeyboardInterrupt as stopped:
-            stops.say("".join(f"stopped: {note}\n" for note in getattr(stopped, "__notes__", ())))
-            raise
+        found = sweep(file, chosen, out=out, resume=resume, progress=shown)
     shown.end()
     if json_:
         emit_json(found.to_json())

@@ -11,6 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
+from contextvars import ContextVar
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
@@ -25,10 +26,33 @@ from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads_heard import threads_heard
 
-__all__ = ["ModuleRefused", "Modules", "attribute", "brought_for", "installed_module"]
+__all__ = ["ModuleRefused", "Modules", "attribute", "brought_for", "installed_module", "standing_for"]
 
 #: names of the modules that were executed for files, installed ones too, by what files import them for, as in `Modules.holds`
 _brought: dict[str, set[str]] = {}
+
+
+#: places of modules that copies stand for, and of folders on Python's path that lead to them
+_originals: ContextVar[frozenset[str]] = ContextVar("_originals", default=frozenset())
+
+
+@contextmanager
+def standing_for(originals: frozenset[str]) -> Iterator[None]:
+    """Let files whose modules are copies meet none of the originals.
+
+    Whoever starts Python beside a tree has the originals on its path, where they would count as installed modules of the
+    same name.
+
+    Parameters
+    ----------
+    originals
+        Absolute paths: of the originals, and of the folders on Python's path that hold them.
+    """
+    token = _originals.set(originals)
+    try:
+        yield
+    finally:
+        _originals.reset(token)
 
 
 def brought_for(holds: str) -> frozenset[str]:
@@ -93,7 +117,7 @@ class Modules:
         try:
             # standard output is the command's alone
             with (
-                _path([*trusted_path(), *folders]),
+                _path([*_installed_path(), *folders]),
                 _told(folders, self.say),
                 redirect_stdout(sys.stderr),
                 alone(),
@@ -182,7 +206,7 @@ def _mending(error: BaseException) -> str:
 def longest_module(name: str, folders: Sequence[str]) -> str:
     """Return the part of a dotted name that names a module; no module is executed, and the rest of the name is looked for in it."""
     found, _, rest = name.partition(".")
-    with _path([*trusted_path(), *folders]):
+    with _path([*_installed_path(), *folders]):
         _, places = _located(found, None)
         while rest and places:
             part, _, rest = rest.partition(".")
@@ -222,9 +246,14 @@ def attribute(module: str, name: str) -> Any:
 
 def installed_module(top: str) -> ModuleSpec | None:
     """Return the spec of an installed module of this name, found without executing it, or None; the current folder does not count."""
-    with _path(trusted_path()):
+    with _path(_installed_path()):
         found = (finder.find_spec(top, None) for finder in sys.meta_path)
-        return next((spec for spec in found if spec is not None), None)
+        return next((spec for spec in found if spec is not None and _place(spec) not in _originals.get()), None)
+
+
+def _installed_path() -> list[str]:
+    """Return the folders in which installed modules are found."""
+    return [folder for folder in trusted_path() if folder not in _originals.get()]
 
 
 def _place(spec: ModuleSpec) -> str:

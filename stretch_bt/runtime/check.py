@@ -22,6 +22,7 @@ from stretch_bt.source import (
     Scalar,
     Seq,
     Value,
+    closest,
     did_you_mean,
     few_suggestions,
     is_nothing,
@@ -206,6 +207,9 @@ def _format(path: str | Path) -> str:
         raise FileError([root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {TREE}'")])
     value = root.get("format")
     if value is None:
+        for key in (key for key, _ in root if closest(key.text, ["format"]) is not None):
+            hint = did_you_mean(key.text, ["format"])
+            raise FileError([key.mark.error("key-unknown", f"unknown key {key.text!r}", hint)])
         raise FileError([root.mark.error("format-missing", "the file has no 'format'", f"begin with 'format: {TREE}'")])
     if is_nothing(value) or not isinstance(value, Scalar):
         given = "nothing" if is_nothing(value) else told(value)

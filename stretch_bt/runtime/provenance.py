@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["choice_of", "driver_modules", "effects_on", "machine", "others", "own_modules", "places_of", "processor"]
 
+#: names of the program that this process was started with: a tree that imports its file has it under another one
+_PROGRAMS = ("__main__", "__mp_main__")
+
 
 def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
     """Return file, digest and commit of each Python module of nodes that a tree brings.
@@ -49,14 +52,14 @@ def driver_modules(spec: CellSpec | None) -> dict[str, dict[str, str | None]]:
 def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | None]]:
     """Return what is known of the imported modules of some packages, and of all modules in packages that stand in a folder.
 
-    The latter may be imported later, as by a node in its first tick.
+    The latter may be imported later, as by a node in its first tick. A script beside the tree is no module of it.
     """
     if not tops and home is None:
         return {}
     files, beside = dict[str, Path](), set[str]()
     for name, module in sorted(sys.modules.items()):
         file, top = str(getattr(module, "__file__", None) or ""), name.partition(".")[0]
-        if not file.endswith(".py"):
+        if not file.endswith(".py") or name in _PROGRAMS:
             continue
         stands = home is not None and home.name.casefold() in file.casefold() and stands_in(Path(file), home, top)
         if stands or top in tops:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import logging
 import uuid
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
+from queue import Empty, Queue
 from typing import Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra, StretchError, named
 from stretch_bt.sweep import dask_worker
+from stretch_bt.sweep.crew import Crew, cannot_run
+from stretch_bt.sweep.dask_scheduler import address_of, await_scheduler, quiet
 from stretch_bt.sweep.job import Job, Ran
 
 __all__ = ["cluster"]
@@ -20,6 +23,9 @@ __all__ = ["cluster"]
 LOST = "365 days"
 #: longest wait for a message between processes of this machine, which may be busy
 PATIENCE = "5 minutes"
+#: time between two looks for workers that have joined, s, while no item ends: one without the package breaks on its first
+#: item without a word
+LOOK = 10.0
 #: settings of the processes of this machine; a worker would keep a picture of its stack of every 10 ms, for an hour
 _SETTINGS = {
     "distributed.deploy.lost-worker-timeout": LOST,
@@ -48,27 +54,26 @@ def cluster(
     """
     ahead = iter(jobs)
     with _client(workers, scheduler) as client:
-        from distributed import as_completed
-
         running: dict[str, tuple[Any, Job]] = {}
-        done = as_completed(loop=client.loop)
+        ended: Queue[Any] = Queue()
+        crew = Crew(client, ask=scheduler is not None)
         while True:
-            for job in islice(ahead, _free(client, len(running), say)):
+            for job in islice(ahead, _free(crew, len(running), say)):
                 future = client.submit(_run, job, key=f"{job.key}-{uuid.uuid4().hex}")
                 running[future.key] = future, job
-                done.add(future)
+                future.add_done_callback(ended.put)
             if not running:
                 return
-            yield _next(done, running)
+            with suppress(Empty):
+                yield _ended(ended.get(timeout=LOOK), running)
 
 
 def _run(job: Job) -> Ran:
     return job.run()
 
 
-def _next(done: Iterator[Any], running: dict[str, tuple[Any, Job]]) -> Ran:
-    """Return what comes of the item that ends next; Dask forgets it, or it would run it again if its worker died."""
-    future = next(done)
+def _ended(future: Any, running: dict[str, tuple[Any, Job]]) -> Ran:
+    """Return what comes of an item that has ended; Dask forgets it, or it would run it again if its worker died."""
     _, job = running.pop(future.key)
     try:
         return _ran(future, job)
@@ -76,24 +81,15 @@ def _next(done: Iterator[Any], running: dict[str, tuple[Any, Job]]) -> Ran:
         future.release()
 
 
-def _free(client: Any, running: int, say: Callable[[str], None]) -> int:
+def _free(crew: Crew, running: int, say: Callable[[str], None]) -> int:
     """Return how many items may be handed out, once there is any worker."""
-    threads = _threads(client)
-    if not threads and not running:
-        say("waiting for a worker")
-        with _told():
-            client.wait_for_workers(1)
-        threads = _threads(client)
-    for address, count in threads.items():
-        if count != 1:
-            what = f"the worker {address} has {count} threads, and a run takes its process for itself"
-            raise InvalidInput(f"{what}; start it with --nthreads 1, and more of them with --nworkers")
-    return max(len(threads) - running, 0)
-
-
-def _threads(client: Any) -> dict[str, int]:
     with _told():
-        return dict(client.nthreads())
+        workers = crew.look()
+        if not workers and not running:
+            say("waiting for a worker")
+            crew.wait()
+            workers = crew.look()
+    return max(workers - running, 0)
 
 
 def _ran(future: Any, job: Job) -> Ran:
@@ -115,9 +111,7 @@ def _ran(future: Any, job: Job) -> Ran:
     except Exception as error:
         if future.cancelled() or future.status == "lost":
             raise _gone(error) from error
-        raise StretchError(
-            f"the workers cannot run an item ({named(error)}); see that each has stretch-bt installed"
-        ) from error
+        raise cannot_run(named(error)) from error
     return ran
 
 
@@ -137,25 +131,55 @@ def _gone(error: Exception) -> StretchError:
 @contextmanager
 def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     try:
-        from distributed import Client, LocalCluster
+        import distributed  # noqa: F401
     except ImportError:
         raise MissingExtra("the engine 'dask' needs dask.distributed: pip install 'stretch-bt[dask]'") from None
-    if scheduler is not None:
-        try:
-            client = Client(scheduler, timeout="10 s")
-        except (OSError, TimeoutError, ValueError) as error:
-            raise InvalidInput(
-                f"there is no Dask scheduler at {scheduler!r} ({named(error)}); start one with 'dask scheduler'"
-            ) from None
-        with client:
-            yield client
-        return
-    import dask
+    with _of_scheduler(scheduler) if scheduler is not None else _of_here(workers) as client:
+        yield client
 
-    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": "127.0.0.1:0", "preload": [dask_worker.__name__]}
+
+@contextmanager
+def _of_scheduler(scheduler: str) -> Iterator[Any]:
+    from distributed import Client
+
+    address = address_of(scheduler)
+    try:
+        await_scheduler(address)
+        client = Client(address, timeout="10 s")
+    except Exception as error:  # whatever a server that is none answers with
+        raise InvalidInput(
+            f"there is no Dask scheduler at {scheduler!r} ({named(error)}); start one with 'dask scheduler'"
+        ) from None
+    with quiet(), client:
+        yield client
+
+
+@contextmanager
+def _of_here(workers: int) -> Iterator[Any]:
+    import dask
+    from distributed import Client, LocalCluster
+
+    told: Any = {
+        "silence_logs": logging.CRITICAL,
+        "dashboard_address": "127.0.0.1:0",
+        "preload": [dask_worker.__name__],
+    }
     with (
         dask.config.set(_SETTINGS),
-        LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
+        _begun(
+            lambda: LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **told)
+        ) as here,
         Client(here) as client,
     ):
         yield client
+
+
+def _begun(make: Callable[[], Any]) -> Any:
+    """Return what has started the workers of this machine."""
+    try:
+        return make()
+    except RuntimeError as error:
+        script = "in a script, sweep below the line 'if __name__ == \"__main__\":', for each worker reads the script"
+        raise StretchError(
+            f"the worker processes do not begin ({named(error)}); {script}; else run with --engine serial to see why"
+        ) from None

@@ -16,7 +16,6 @@ from stretch_bt.runtime.provenance import driver_modules, own_modules
 from stretch_bt.runtime.sweep_check import CheckedSweep
 from stretch_bt.source import Scalar
 from stretch_bt.sweep.bundle import Bundle
-from stretch_bt.sweep.laid_out import stand_at
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import Spec
 from stretch_bt.tree.program import Program
@@ -54,9 +53,7 @@ class Items:
             name: [(text, self._bundle.add_named(text)) for text in values] for name, values in texts.items()
         }
         self._files, self._home = self._bundle.layout()
-        above = self._bundle.above.resolve()
-        self._origin = str(above)
-        stand_at(self._files, above)
+        self._origin = str(self._bundle.above.resolve())
 
     def __len__(self) -> int:
         """Return how many there are."""

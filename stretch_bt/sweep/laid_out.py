@@ -5,45 +5,35 @@ from __future__ import annotations
 import atexit
 import hashlib
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from types import ModuleType
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.sweep.own_copies import refuse_changed
 
-__all__ = ["fresh_folder", "laid_out", "stand_at"]
+__all__ = ["fresh_folder", "laid_out"]
 
-#: by the digest of the files: where this process has them; the Python modules among them stay imported from there
+#: by the digest of the files: where this process has them
 _folders: dict[str, Path] = {}
 
 
-def stand_at(files: Mapping[str, bytes], folder: Path) -> None:
-    """Say that some files stand in a folder of this machine: this process may have imported the Python modules there."""
-    _folders[_digest(files)] = folder.resolve()
-
-
 def laid_out(files: Mapping[str, bytes]) -> Path:
-    """Return the folder in which this process has some files, written when it is first asked for them.
+    """Return the folder in which this process has some files, written when it is first asked for them, and where a node changed them.
 
     Raises
     ------
     InvalidInput
-        Python modules of other files were imported under the same names, or a file was changed where it stands.
+        An earlier sweep imported Python modules of the same names in another text.
     """
     key = _digest(files)
     if key not in _folders:
-        _check_imported(files)
-        folder = Path(tempfile.mkdtemp(prefix="stretch-sweep-")).resolve()
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        _write(files, folder)
-        _folders[key] = folder
-    for name, content in files.items():
-        if (_folders[key] / name).read_bytes() != content:
-            raise InvalidInput(f"{_folders[key] / name} was changed while the sweep ran; run it again with --resume")
-    return _folders[key]
+        refuse_changed(files)
+        _folders[key] = Path(tempfile.mkdtemp(prefix="stretch-sweep-")).resolve()
+        atexit.register(shutil.rmtree, _folders[key], ignore_errors=True)
+    folder = _folders[key]
+    _write({name: content for name, content in files.items() if not _holds(folder / name, content)}, folder)
+    return folder
 
 
 @contextmanager
@@ -58,27 +48,16 @@ def fresh_folder(files: Mapping[str, bytes], home: str) -> Iterator[Path]:
             yield folder
 
 
-def _check_imported(files: Mapping[str, bytes]) -> None:
-    """Refuse modules that a sweep before this one brought in another text: a process imports each name once."""
-    names = {part for name in files if name.endswith(".py") for part in Path(name).with_suffix("").parts}
-    for name in sorted(names & sys.modules.keys()):
-        places = [Path(place) for place in _places(sys.modules[name])]
-        if any(place.is_relative_to(folder) for place in places for folder in _folders.values()):
-            what = f"this worker has imported another {name!r}, of an earlier sweep"
-            raise InvalidInput(f"{what}; restart the workers, and go on with --resume")
-
-
-def _places(module: ModuleType) -> list[str]:
-    """Return the file of a module, and the folders of a package, which may have no file."""
-    return [str(place) for place in (getattr(module, "__file__", None), *getattr(module, "__path__", ())) if place]
-
-
 def _digest(files: Mapping[str, bytes]) -> str:
     digest = hashlib.sha256()
     for name, content in sorted(files.items()):
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == content
 
 
 def _write(files: Mapping[str, bytes], folder: Path) -> None:

@@ -6,8 +6,10 @@ import os
 import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 
@@ -80,10 +82,12 @@ class _Pool:
                 parallel = Parallel(
                     return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs", max_nbytes=None
                 )
-                for ran in parallel(call(job, str(self._begun), os.getpid()) for job in self._taken()):
-                    self.ended += 1
-                    del self._handed[ran.row["key"]]
-                    yield ran
+                rans = parallel(call(job, str(self._begun), os.getpid()) for job in self._taken())
+                with _closed(rans):
+                    for ran in rans:
+                        self.ended += 1
+                        del self._handed[ran.row["key"]]
+                        yield ran
         except BrokenProcessPool:
             self.broken = True
 
@@ -99,6 +103,17 @@ class _Pool:
         for job in self._jobs:
             self._handed[job.key] = job
             yield job
+
+
+@contextmanager
+def _closed(rans: Generator[Ran, None, None]) -> Iterator[None]:
+    """Close what joblib yields; where the sweep ends before its items, joblib would advise another batch size."""
+    try:
+        yield
+    finally:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            rans.close()
 
 
 def _alone(job: Job, begun: Path) -> Ran:

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
+from stretch_bt.errors import DeviceFault, InvalidInput, MissingExtra, NoAnswer, StretchError, named, writable
 from stretch_bt.hardware.imported_texts import note_imported
 from stretch_bt.quantity_text import format_duration
 from stretch_bt.runtime.copies import copies_of
@@ -17,6 +17,7 @@ from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
 from stretch_bt.sweep.memory import give_back
+from stretch_bt.sweep.own_copies import copies_alone
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
@@ -32,12 +33,14 @@ def run_item(spec: Spec) -> Ran:
     InvalidInput
         This process has another `stretch_bt` than the one that the key was made with, or imported another module of
         the same name.
+    MissingExtra
+        This machine lacks a package that the item needs.
     KeyboardInterrupt
         A signal came while the run was prepared.
     """
     if spec.source != package_digest():
-        who = f"{platform.node()} has another stretch_bt than the sweep"
-        raise InvalidInput(f"{who}; install the same version, with the same changes, on all machines")
+        who = f"{_worker()} has another stretch_bt than the sweep"
+        raise InvalidInput(f"{who}; install the same version, with the same changes, there, and go on with --resume")
     try:
         return _ran(spec)
     finally:
@@ -48,8 +51,10 @@ def _ran(spec: Spec) -> Ran:
     base = laid_out(spec.files)
     home = base / spec.home
     limit = WallLimit(spec.limit)
-    worker = f"{platform.node()}:{os.getpid()}"
+    worker = _worker()
+    homes = [os.path.normpath(Path(spec.home, name)) for name in (spec.tree, spec.cell) if name is not None]
     with (
+        copies_alone(base, spec.files, spec.origin, [name for name in homes if name in spec.files]),
         fresh_folder(spec.files, spec.home) as folder,
         redirect_stdout(sys.stderr),
         copies_of(spec.origin, base),  # the folder of a worker goes with it
@@ -66,6 +71,9 @@ def _ran(spec: Spec) -> Ran:
                 out=None if spec.record == "none" else folder / "record",
                 watch=limit.watch,
             )
+        except MissingExtra as error:  # of this machine, not of the item
+            what = f"{worker} lacks a package that the item needs: {writable(error)}"
+            raise MissingExtra(f"{what}, on each machine with workers, and go on with --resume") from None
         except Exception as error:  # one item that breaks must not end a sweep
             status, reason = _refused(error)
             return Ran(spec.row(status, _without(base, home, reason), worker=worker))
@@ -75,6 +83,11 @@ def _ran(spec: Spec) -> Ran:
         row |= {"reason": _without(base, home, row["reason"]), "worker": worker}
         stopped = result.status == "INTERRUPTED" and limit.signalled
         return Ran(row, None if result.record is None else _files(Path(result.record)), stopped)
+
+
+def _worker() -> str:
+    """Return host and process."""
+    return f"{platform.node()}:{os.getpid()}"
 
 
 def _at(name: str | None, home: Path) -> Any:
@@ -89,11 +102,11 @@ def _row(spec: Spec, result: RunResult, limit: WallLimit) -> dict[str, Any]:
 
 
 def _refused(error: Exception) -> tuple[str, str]:
-    """Return the status and the reason of a run that did not begin, as `run` would print them."""
+    """Return the status and the reason of a run that did not begin, as `run` would print them, for a sweep file."""
     if not isinstance(error, StretchError):
         return "ERROR", writable(named(error))
     fault = isinstance(error, DeviceFault) and not isinstance(error, NoAnswer)
-    return "FAULT" if fault else "ERROR", writable(error)
+    return "FAULT" if fault else "ERROR", writable(error).replace("--tolerance", "tolerance")
 
 
 def _without(base: Path, home: Path, text: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
@@ -11,7 +12,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, RecordError
 from stretch_bt.runtime.record.folder import EVENTS, MCAP, Kept, claim
 from stretch_bt.runtime.sweep_check import check_sweep
 from stretch_bt.sweep.engines import Engine
@@ -91,13 +92,12 @@ def sweep(
     InvalidInput
         The folder cannot be used, or a Python module was changed after this process imported it.
     """
+    _end_reader()
     began = time.perf_counter()
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
     with closing(RowFile(folder / ROWS, can_be_summed_up)) as rows:
-        if not _same(checked.file.path, folder / SWEEP):
-            shutil.copyfile(checked.file.path, folder / SWEEP)
         done = _done(rows, folder / RECORDS, checked.file.record)
         left = sum(spec.key not in done for spec in items)
         try:
@@ -108,9 +108,18 @@ def sweep(
             there = sum(spec.key in rows.statuses for spec in items)
             error.add_note(f"{there} of {len(items)} items have a row; go on with --resume --out {folder}")
             raise
-        summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
-    pictures = write_pictures(folder, summary)
+        with _on_disk("the summary", folder):
+            summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
+    with _on_disk("the pictures", folder):
+        pictures = write_pictures(folder, summary)
     return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
+
+
+def _end_reader() -> None:
+    """End a worker of Dask that reads the script which begins this sweep, before it sweeps too; `cluster` says why none begins."""
+    process = multiprocessing.current_process()
+    if getattr(process, "_inheriting", False) and process.name.startswith("Dask Worker"):
+        raise SystemExit(1)
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -130,16 +139,34 @@ def _done(rows: RowFile, records: Path, kept: Kept) -> set[str]:
 def _begun(rans: Generator[Ran, None, None], rows: RowFile, file: Path) -> Iterator[Iterator[Ran]]:
     """Hand out what an engine yields once it has begun.
 
-    Where it refuses to, no folder without a row is left behind: the next try would find it in use.
+    Where it breaks before that, no folder without a row is left behind: the next try would find it in use.
     """
     with closing(rans):
         try:
+            _copy(file, rows.path.parent / SWEEP)
             first = list(islice(rans, 1))
-        except InvalidInput:
+        except Exception:
             if not rows.statuses:
                 _clear(rows.path.parent, file)
             raise
         yield chain(first, rans)
+
+
+def _copy(file: Path, copy: Path) -> None:
+    content = file.read_bytes()
+    if not _same(file, copy):
+        with _on_disk("the copy of the sweep file", copy):
+            copy.write_bytes(content)
+
+
+@contextmanager
+def _on_disk(what: str, path: Path) -> Iterator[None]:
+    """Say what could not be written where the disk takes no more."""
+    try:
+        yield
+    except OSError as error:
+        message = f"{error.filename or path}: cannot write {what}: {error.strerror}"
+        raise InvalidInput(f"{message}; make room and go on with --resume") from None
 
 
 def _clear(folder: Path, file: Path) -> None:
@@ -166,7 +193,9 @@ def _written(rans: Iterator[Ran], rows: RowFile, left: int, progress: Progress) 
 def _keep(rows: RowFile, ran: Ran) -> None:
     """Write the record of an item and then its row, so that no row is without its record."""
     if ran.record is not None:
-        _put(ran.record, rows.path.parent / RECORDS / ran.row["key"])
+        record = rows.path.parent / RECORDS / ran.row["key"]
+        with _on_disk("the record of an item", record):
+            _put(ran.record, record)
     rows.write(ran.row)
 
 
@@ -175,11 +204,15 @@ def _put(files: Mapping[str, bytes], folder: Path) -> None:
     new, old = (folder.with_name(f".{folder.name}.{what}") for what in ("new", "old"))
     for left in (new, old):  # of a sweep that was killed here
         shutil.rmtree(left, ignore_errors=True)
-    new.mkdir(parents=True)
-    for name, content in files.items():
-        path = new / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+    try:
+        new.mkdir(parents=True)
+        for name, content in files.items():
+            path = new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError:
+        shutil.rmtree(new, ignore_errors=True)
+        raise
     if folder.exists():
         folder.rename(old)
     new.rename(folder)
@@ -190,7 +223,7 @@ def _folder(out: str | Path | None, resume: bool) -> Path:
     if not resume:
         if out is not None and (Path(out) / ROWS).is_file():
             raise InvalidInput(f"{out} holds the rows of a sweep; go on with --resume, or name a new folder")
-        return claim(None if out is None else Path(out))
+        return _claimed(out)
     if out is None:
         raise InvalidInput("--resume goes on in a folder; name it with --out")
     folder = Path(out).absolute()
@@ -198,4 +231,12 @@ def _folder(out: str | Path | None, resume: bool) -> Path:
         raise InvalidInput(f"{folder}: it holds no {ROWS} of a sweep; name the folder of one, or a new folder")
     if folder.is_dir():
         return folder
-    return claim(folder)
+    return _claimed(folder)
+
+
+def _claimed(out: str | Path | None) -> Path:
+    try:
+        return claim(None if out is None else Path(out), "the output of a sweep")
+    except RecordError as error:
+        found = error.diagnostics[0]
+        raise InvalidInput(f"{found.file}: {found.message}; {found.hint}") from None

@@ -310,6 +310,15 @@ def test_an_entry_that_a_list_has_not_is_told_once(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("format_", ["tree", "scene", "sweep"])
+def test_a_slip_in_the_word_format_is_told_as_one_whatever_the_file_is(format_: str, tmp_path: Path) -> None:
+    """A sweep was to begin with the format of a tree."""
+    path = tmp_path / "a.yaml"
+    path.write_text(f"doc: x\nformt: stretch-{format_}/1\n")
+    (found,) = check(path)
+    assert (found.line, found.message, found.hint) == (2, "unknown key 'formt'", "did you mean 'format'?")
+
+
 @pytest.mark.parametrize("text", ["doc: x\ntrees: {main: {check: 1 > 0}}\n", "doc: x\nformat: stretch-tree/1\n"])
 def test_a_format_may_stand_anywhere_and_is_said_to_be_missing_where_it_is(text: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"

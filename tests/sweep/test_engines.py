@@ -1,15 +1,19 @@
 """Engines: the same rows from each, on real processes; and what is refused."""
 
 import json
+import socket
+import threading
+import warnings
 from contextlib import contextmanager
 
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.replay import replay
-from stretch_bt.sweep import sweep
-from stretch_bt.sweep.cluster import _client, cluster
+from stretch_bt.sweep import dask_scheduler, sweep
+from stretch_bt.sweep.cluster import _begun, _client, cluster
 from stretch_bt.sweep.engines import engine_of
+from stretch_bt.sweep.local import _closed
 from stretch_bt.sweep.serial import serial
 
 TWENTY = "tree: count.yaml\nset: {number: [1, 2, 3, 4]}\nseeds: 5"
@@ -99,6 +103,42 @@ def test_a_worker_with_threads_is_refused(lab):
         next(cluster(lab.specs(), 1, two.scheduler_address))
 
 
-def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch):
-    with pytest.raises(InvalidInput, match="there is no Dask scheduler at 'nowhere:1'"):
-        next(cluster(lab.specs(), 1, "nowhere:1"))
+@pytest.mark.parametrize("speaks", [b"", b"SSH-2.0-OpenSSH_9.2\r\n", b"220 smtp\r\n"])
+def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch, speaks):
+    """What listened in silence was waited for without end, and what spoke first ended in a traceback."""
+    monkeypatch.setattr(dask_scheduler, "PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        held = []
+
+        def greet():
+            held.append(server.accept()[0])
+            held[0].sendall(speaks)
+
+        thread = threading.Thread(target=greet)
+        thread.start()
+        with pytest.raises(InvalidInput, match=f"there is no Dask scheduler at '{address}'"):
+            next(cluster(lab.specs(), 1, address))
+        thread.join()
+        held[0].close()
+
+
+def test_workers_that_do_not_begin_are_told_with_the_next_step():
+    def fails():
+        raise RuntimeError("Nanny failed to start.")
+
+    with pytest.raises(StretchError, match=r"Nanny failed to start.*if __name__ == .* --engine serial"):
+        _begun(fails)
+
+
+def test_a_sweep_that_ends_before_its_items_hears_nothing_of_batches():
+    def rans():
+        try:
+            yield 1
+        finally:
+            warnings.warn("You could benefit from adjusting the input task iterator", stacklevel=1)
+
+    found = rans()
+    with warnings.catch_warnings(record=True) as told, _closed(found):
+        next(found)
+    assert told == []

@@ -4,6 +4,7 @@ import os
 import pickle
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -148,6 +149,18 @@ def test_packages_beside_a_tree_go_along_and_count_whole(lab, own_nodes):
         lab.write(f"{number}/{names[1]}/later.py", "NUMBER = 9\n")
         keys.append(key(lab))
     assert len(set(keys)) == 4
+
+
+def test_the_program_that_sweeps_is_no_module_of_the_tree_beside_it(lab, own_nodes, monkeypatch):
+    """The command and a script had two keys, and each edit of the script made all keys new."""
+    lab.write("sweep_of_program.py", "NUMBER = 1\n")
+    lab.write("tree.yaml", OF_MODULE % "sweep_of_program")
+    lab.sweep("tree: tree.yaml")
+    before = key(lab)
+    script = SimpleNamespace(__file__=str(lab.write("analysis.py", "NUMBER = 1\n")), __spec__=None)
+    for name in ("__main__", "__mp_main__"):
+        monkeypatch.setitem(sys.modules, name, script)
+    assert key(lab) == before
 
 
 @pytest.mark.parametrize("changed", ["sweep_edited.py", "sweep_edited_beside/maths.py"])

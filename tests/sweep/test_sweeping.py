@@ -1,14 +1,17 @@
 """A sweep from its file to rows, summary and pictures; items that run again, and refusals."""
 
+import errno
 import json
 import math
 import re
 import resource
+from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
 
-from stretch_bt.errors import InvalidInput, RecordError, SweepError
+from stretch_bt.errors import InvalidInput, RecordError, StretchError, SweepError
 from stretch_bt.sweep import Ran, sweep
 from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.summary import Summary
@@ -114,8 +117,10 @@ def test_a_row_is_never_without_its_record(lab, tmp_path):
 def test_folders_that_cannot_be_used_are_refused_before_anything_runs(lab, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
-    with pytest.raises(RecordError, match="not empty"):
+    with pytest.raises(InvalidInput, match=f"^{tmp_path}/full: the folder is not empty; name a new folder"):
         sweep(lab.file, out=tmp_path / "full")
+    with pytest.raises(InvalidInput, match=f"^{tmp_path}/full/file: this is a file; the output of a sweep is a folder"):
+        sweep(lab.file, out=tmp_path / "full" / "file")
     with pytest.raises(InvalidInput, match=r"it holds no rows\.jsonl of a sweep"):
         sweep(lab.file, out=tmp_path / "full", resume=True)
     with pytest.raises(InvalidInput, match="name it with --out"):
@@ -130,19 +135,56 @@ def test_the_folder_of_a_sweep_is_gone_on_in(lab, tmp_path):
         sweep(lab.file, out=tmp_path / "out")
 
 
+@pytest.mark.parametrize("kind", [InvalidInput, StretchError, MemoryError])
 @pytest.mark.parametrize("there", [False, True])
-def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_path, there):
+def test_an_engine_that_does_not_begin_leaves_no_folder_that_is_in_use(lab, tmp_path, there, kind):
     def refuses(specs):
-        raise InvalidInput("there is no scheduler")
+        raise kind("there is no scheduler")
         yield
 
     out = tmp_path / "out"
     if there:
         out.mkdir()
-    with pytest.raises(InvalidInput, match="no scheduler"):
+    with pytest.raises(kind, match="no scheduler"):
         sweep(lab.file, refuses, out=out)
     assert not out.exists()
     assert sweep(lab.file, out=out).whole is True
+
+
+def test_a_full_disk_is_told_with_the_file_that_was_written_and_the_next_step(lab, tmp_path, monkeypatch):
+    """The sweep file itself was named, or nothing; and what had begun was in the way of the next try."""
+    full = {"sweep.yaml"}
+    write = Path.write_bytes
+
+    def written(path, content):
+        if path.name in full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    def recorded(specs):
+        for spec in specs:
+            yield Ran(spec.row("SUCCESS", ""), {"run.json": b"{}"})
+
+    monkeypatch.setattr(Path, "write_bytes", written)
+    out = tmp_path / "out"
+    with pytest.raises(InvalidInput, match=f"^{out}/sweep.yaml: cannot write .*: No space left on device; make room"):
+        sweep(lab.file, recorded, out=out)
+    assert not out.exists()
+    full.clear()
+    full.add("run.json")
+    with pytest.raises(InvalidInput, match=f"^{out}/records/.*: cannot write the record .* go on with --resume"):
+        sweep(lab.file, recorded, out=out)
+    assert list((out / "records").iterdir()) == []
+    full.clear()
+    assert sweep(lab.file, recorded, out=out, resume=True).whole
+
+
+def test_a_worker_that_reads_the_script_of_a_sweep_does_not_sweep(lab, tmp_path, monkeypatch):
+    process = SimpleNamespace(_inheriting=True, name="Dask Worker process (from Nanny)")
+    monkeypatch.setattr("multiprocessing.current_process", lambda: process)
+    with pytest.raises(SystemExit):
+        sweep(lab.file, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 #: a field of a row, and what may stand in its place instead of nothing
@@ -215,7 +257,7 @@ def test_an_item_whose_record_was_not_written_whole_runs_again(lab, tmp_path, fu
 
         return engine
 
-    with pytest.raises(OSError, match="File too large"):
+    with pytest.raises(InvalidInput, match="cannot write the record of an item: File too large"):
         sweep(lab.file, recorded([60], []), out=tmp_path / "out", resume=True)
     full_disk()
     for again in (keys, []):

@@ -59,8 +59,10 @@ def readable(folder: Path) -> Iterator[None]:
         raise damaged(folder, f"it cannot be read: {type(error).__name__}: {error}") from error
 
 
-def claim(folder: Path | None) -> Path:
+def claim(folder: Path | None, what: str = "a record") -> Path:
     """Return the absolute path of an empty folder, made where it is missing; None takes a new one under ./runs.
+
+    `what` goes into it, for messages.
 
     Raises
     ------
@@ -68,20 +70,20 @@ def claim(folder: Path | None) -> Path:
         The folder holds something, is a file, or cannot be made.
     """
     try:
-        return _next_free(Path("runs").absolute()) if folder is None else _empty(Path(folder).absolute())
+        return _next_free(Path("runs").absolute()) if folder is None else _empty(Path(folder).absolute(), what)
     except OSError as error:
         place = Path(error.filename or folder or "runs")
         if folder is None and error.filename is None:
-            what, hint = "the current folder is gone, and the record goes into 'runs' in it", "name a folder with --out"
-            raise refuse(place, "record-folder", what, f"go to a folder that is there, or {hint}") from error
-        raise refuse(
-            place, "record-folder", f"cannot make a record here: {error.strerror}", "name another folder with --out"
-        ) from error
+            message = f"the current folder is gone, and {what} goes into 'runs' in it"
+            hint = "go to a folder that is there, or name a folder with --out"
+            raise refuse(place, "record-folder", message, hint) from error
+        message = f"cannot make {what} here: {error.strerror}"
+        raise refuse(place, "record-folder", message, "name another folder with --out") from error
 
 
-def _empty(folder: Path) -> Path:
+def _empty(folder: Path, what: str) -> Path:
     if folder.exists() and not folder.is_dir():
-        raise refuse(folder, "record-folder", "this is a file; a record is a folder", "name a new folder")
+        raise refuse(folder, "record-folder", f"this is a file; {what} is a folder", "name a new folder")
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):
         raise not_empty(folder)
