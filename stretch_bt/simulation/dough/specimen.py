@@ -149,14 +149,16 @@ class DoughSpecimen(Specimen):
         lump = state.lump
         height = lump.height - min(drop + self._sunk(lump), 0.9 * lump.height)
         line = self.outline(state, height)
-        strength = {} if self.dough is None else {"yield_stress": self.spec.yield_stress}
+        spec = self.spec.known()
+        if self.dough is None:
+            del spec["yield_stress"]
         contour, chain, low = (float(circularity(line, method=m)) for m in ("contour", "pixel_chain", "low_pass"))
         return {
+            **spec,
             "radius": lump.ball,
             "roundness": lump.roundness,
             "radius_spread": state.rolled.roundness,
             "thickness": height,
-            **strength,
             **dict.fromkeys(("circularity", "circularity_true", "circularity_sensed"), contour),
             **dict.fromkeys(("pixel_chain", "pixel_chain_true"), chain),
             "low_pass_true": low,

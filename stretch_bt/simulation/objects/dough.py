@@ -96,8 +96,8 @@ class DoughObject(ObjectSpec):
         return Rough(self.ball, 1 / (1 / elastic + 1 / flowing), self.weight, _FILLET, flattens=True)
 
     def known(self) -> dict[str, float]:
-        """Return the radius, m, of the ball of its volume."""
-        return {"radius": self.ball}
+        """Return the radius, m, of the ball of its volume, and its yield stress, Pa."""
+        return {"radius": self.ball, "yield_stress": self.yield_stress}
 
     def specimen(self, effects: Active) -> DoughSpecimen:
         """Return the dough as it is at the begin of a run."""
