@@ -28,10 +28,13 @@ def address_of(scheduler: str) -> str:
         The file holds none.
     """
     path = Path(scheduler)
-    if "://" in scheduler or not (path.is_file() or path.suffix == ".json"):
-        return scheduler
     try:
-        return str(json.loads(path.read_text("utf-8"))["address"])
+        if "://" in scheduler or not (path.is_file() or path.suffix == ".json"):
+            return scheduler
+        address = json.loads(path.read_text("utf-8"))["address"]
+        if not isinstance(address, str):
+            raise TypeError
+        return address
     except OSError as error:
         raise InvalidInput(f"{scheduler}: {error.strerror}; name a scheduler file, or tcp://HOST:8786") from None
     except (ValueError, LookupError, TypeError):

@@ -76,11 +76,12 @@ def refuse_changed(files: Mapping[str, bytes]) -> None:
     InvalidInput
         There is one.
     """
+    homes = {Path(name).parent for name in files if name.endswith((".yaml", ".yml"))}
     for folder, away in _kept.items():
         for name, module in away.modules.items():
-            file = getattr(module, "__file__", None)
-            ends = (f"/{name.replace('.', '/')}.py", f"/{name.replace('.', '/')}/__init__.py")
-            new = [content for path, content in files.items() if f"/{path}".endswith(ends)]
+            file, stem = getattr(module, "__file__", None), Path(*name.split("."))
+            places = {str(home / end) for home in homes for end in (stem.with_suffix(".py"), stem / "__init__.py")}
+            new = [content for path, content in files.items() if path in places]
             if file is None or not new or not Path(file).is_relative_to(folder):
                 continue
             if not Path(file).is_file() or Path(file).read_bytes() not in new:

@@ -124,7 +124,7 @@ def test_above_the_membrane_there_is_no_force() -> None:
         ("estimate_stiffness", {"force": 1.0, "deflection": -0.001}),
         (
             "estimate_yield_stress",
-            {"force": 0.1, "force_sd": 0.1, "edge": 0.025},
+            {"force": 0.1, "force_sd": 0.1, "edge": 0.025, "height": 0.022},
         ),
         (
             "estimate_modulus",

@@ -57,7 +57,11 @@ def functions():
     yield "estimate_stiffness", model.estimate_stiffness, {"force": far[0], "deflection": far[1], "together": 0.0}
     sphere = {"force": far[0], "deflection": far[1], "depth": far[1], "radius": RADIUS, "poisson": 0.5}
     yield "object_modulus", model.object_modulus, sphere
-    yield "cube_yield_stress", model.cube_yield_stress, {"force": far[0], "edge": far[1], "density": 1250.0}
+    yield (
+        "cube_yield_stress",
+        model.cube_yield_stress,
+        {"force": far[0], "edge": RADIUS, "height": Estimate(0.018, 1e-4), "density": 1250.0},
+    )
     yield "drop_power", model.drop_power, {"strain": Estimate(0.3, 0.05), "power": model.POWER}
     heights = {"depths": [1e-3, 2e-3, 3e-3], "heights": [0.1, 0.0999, 0.0997], "sds": [1e-4] * 3, "power": model.POWER}
     yield "undeformed_height", model.undeformed_height, heights

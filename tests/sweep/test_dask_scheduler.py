@@ -22,7 +22,13 @@ def test_a_scheduler_file_is_read(tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [(None, "No such file"), ("{}", "holds no 'address'"), ("[", "holds no 'address'"), ("[1]", "holds no 'address'")],
+    [
+        (None, "No such file"),
+        ("{}", "holds no 'address'"),
+        ("[", "holds no 'address'"),
+        ("[1]", "holds no 'address'"),
+        ('{"address": null}', "holds no"),
+    ],
 )
 def test_a_file_without_an_address_is_refused(tmp_path, content, said):
     path = tmp_path / "dask.json"
@@ -30,6 +36,11 @@ def test_a_file_without_an_address_is_refused(tmp_path, content, said):
         path.write_text(content)
     with pytest.raises(InvalidInput, match=f"{path}: .*{said}.*; name a scheduler file, or tcp://HOST:8786"):
         address_of(str(path))
+
+
+def test_a_name_too_long_for_a_file_is_refused():
+    with pytest.raises(InvalidInput, match="name too long; name a scheduler file"):
+        address_of("x" * 300)
 
 
 def test_the_client_of_dask_is_quiet_for_the_time_of_a_sweep(caplog):

@@ -3,10 +3,13 @@
 import sys
 from dataclasses import replace
 from importlib.machinery import PathFinder
+from types import ModuleType
 
 import pytest
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.sweep import run_item
+from stretch_bt.sweep.own_copies import _Away, _kept, refuse_changed
 from stretch_bt.tree import registry
 
 NODE = '''\
@@ -89,3 +92,15 @@ def test_a_file_that_nothing_names_is_beside_no_copy(lab, own_nodes):
 def test_a_module_is_executed_once_for_all_items_of_a_sweep(lab, own_nodes):
     spec, _ = given(lab, "sweep_once", "globals().setdefault('ran', []).append(0) or len(ran)")
     assert [row(spec)["outputs"]["found"]["value"] for _ in range(3)] == [1, 2, 3]
+
+
+def test_a_module_of_the_same_last_name_in_a_package_is_another_one(tmp_path):
+    _kept[tmp_path] = _Away({"motions": ModuleType("motions")})
+    _kept[tmp_path].modules["motions"].__file__ = str(tmp_path / "motions.py")
+    (tmp_path / "motions.py").write_text("A = 1\n")
+    try:
+        refuse_changed({"lab/own/motions.py": b"A = 2\n", "lab/tree.yaml": b""})
+        with pytest.raises(InvalidInput, match="another 'motions'"):
+            refuse_changed({"lab/motions.py": b"A = 2\n", "lab/tree.yaml": b""})
+    finally:
+        del _kept[tmp_path]

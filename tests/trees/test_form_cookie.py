@@ -56,7 +56,7 @@ def test_a_cube_becomes_a_disc(cookie, tree, params):
         assert drawn in page
     if tree == "form_cookie_fast":
         found = result.outputs["yield_stress"]
-        assert abs(found["value"] - 5.0) < 3 * found["sd"] < 1.0
+        assert abs(found["value"] - 5.0) < 3 * found["sd"] < 1.2
         assert result.truth["yield_stress"]["value"] == pytest.approx(5.0)
 
 
@@ -172,3 +172,10 @@ def test_dough_that_is_too_hard_for_the_hand_is_given_up_with_the_hand_raised(ru
     result = run(tree, scene=path, watch=runners.append)
     assert result.status == "FAILURE", result.reason
     assert runners[0].cell.truth()["force"] == 0.0
+
+
+def test_dough_that_did_not_flow_has_no_yield_stress(cookie):
+    """18 N press it elastically alone: 20.6 +- 0.6 kPa stood beside a truth of 30."""
+    result = cookie("form_cookie_fast", "edge: 25 mm, yield_stress: 30 kPa, modulus: 600 kPa", **BRIEF)
+    assert "too hard" in result.reason
+    assert "yield_stress" not in result.outputs

@@ -66,7 +66,7 @@ NO_MODULUS: dict[str, tuple[int, Estimate, type[Exception]]] = {
     "an infinite radius": (3, Estimate(math.inf, 0.0), InvalidInput),
     "a depth NaN": (2, Estimate(math.nan, 0.0), InvalidInput),
 }
-FLOWING, EDGE = Estimate(4.5, 0.1), Estimate(0.025, 2e-4)
+FLOWING, EDGE, UNDER = Estimate(4.5, 0.1), Estimate(0.025, 2e-4), Estimate(0.0225, 0.0)
 NO_YIELD_STRESS: dict[str, tuple[Estimate, Estimate, type[Exception]]] = {
     "a force as large as its deviation": (Estimate(0.1, 0.1), EDGE, IllConditioned),
     "an edge as large as its deviation": (FLOWING, Estimate(0.025, 0.02), IllConditioned),
@@ -195,21 +195,28 @@ CASES: tuple[Hard, ...] = (
     *group(
         "a force or an edge within its error gives no yield stress; the deviation counts force and edge",
         {
-            name: (partial(cube_yield_stress, force, edge), Refusal(error))
+            name: (partial(cube_yield_stress, force, edge, UNDER), Refusal(error))
             for name, (force, edge, error) in NO_YIELD_STRESS.items()
         },
         {
             "a density of 0": (
-                partial(cube_yield_stress, FLOWING, EDGE, density=0.0),
+                partial(cube_yield_stress, FLOWING, EDGE, UNDER, density=0.0),
                 Refusal(InvalidInput, "density"),
             ),
+            **{
+                f"pressed by {lost:g} of its height": (
+                    partial(cube_yield_stress, FLOWING, EDGE, Estimate(0.025 * (1 - lost), 0.0)),
+                    Refusal(IllConditioned, "of its height"),
+                )
+                for lost in (-0.01, 0.0, 0.01, 0.5)
+            },
             "of a cube of the scene": (
-                partial(cube_yield_stress, FLOWING, EDGE),
+                partial(cube_yield_stress, FLOWING, EDGE, UNDER),
                 Value(5.18e3, rel=0.01, of=lambda found: found.value),
             ),
             "deviation of an edge of 2 %": (
-                partial(cube_yield_stress, Estimate(4.5, 0.0), Estimate(0.025, 5e-4)),
-                Value(0.0481, rel=0.02, of=lambda found: found.sd / found.value),
+                partial(cube_yield_stress, Estimate(4.5, 0.0), Estimate(0.025, 5e-4), UNDER),
+                Value(0.0494, rel=0.02, of=lambda found: found.sd / found.value),
             ),
         },
         prefix="yield stress, ",
