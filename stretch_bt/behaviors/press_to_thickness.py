@@ -24,7 +24,7 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 SHARE = 0.97  # largest force asked for, over the force at which the cell stops the arm
 FRAMES = 2  # frames averaged at each look
-FORCES = 10  # readings of the force averaged in the end
+FORCES = 10  # readings of the force averaged at the end
 
 
 @node
@@ -45,7 +45,7 @@ class PressToThickness(MotionBehavior):
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted thickness under the press")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="speed of the hand", limit="contact_speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="force at which to stop", limit="lowered_force")
-    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="largest depth, which the cell may bound")
+    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; the cell may bound it")
     reached: Out[Length]  # thickness under the press
     force: Out[Force]  # mean of ten readings of the arm's force along the hand's axis, at the end
     ended: Out[str]  # cause of the end: `thickness`, `force`, or `depth` where the hand may not go deeper

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from stretch_bt.arguments import check_estimates, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.carried import carried
 from stretch_bt.units import Estimate
 
 __all__ = ["object_modulus"]
 
-_STEP = 1e-6  # of a value, for slopes
 _SIGNIFICANT = 2.0
 
 
@@ -39,18 +40,10 @@ def object_modulus(
         )
     if force.value <= _SIGNIFICANT * force.sd or deflection.value <= max(_SIGNIFICANT * deflection.sd, 0.0):
         raise IllConditioned("the object gave way too little, or too little force is on it, to determine its modulus")
-    values = [estimate.value for estimate in given.values()]
-    value = _modulus(values, poisson)
-    parts = []
-    for k, estimate in enumerate(given.values()):
-        step = _STEP * max(abs(values[k]), 1e-9)
-        moved = [v + step * (i == k) for i, v in enumerate(values)]
-        parts.append((_modulus(moved, poisson) - value) / step * estimate.sd)
-    return Estimate(value, math.hypot(*parts))
+    return carried(partial(_modulus, poisson=poisson), *given.values())
 
 
-def _modulus(values: list[float], poisson: float) -> float:
-    force, deflection, depth, radius = values
+def _modulus(force: float, deflection: float, depth: float, radius: float, *, poisson: float) -> float:
     grown = (depth + deflection) ** 1.5 - depth**1.5
     if not grown > 0.0:
         raise IllConditioned("the object gave way by less than a number beside its depth can show; press harder")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Final
 
 from stretch_bt.arguments import check_estimates, check_numbers
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.carried import carried
 from stretch_bt.units import Estimate
 
 __all__ = ["cube_yield_stress"]
@@ -15,11 +17,8 @@ _GRAVITY: Final = 9.81  # m/s^2
 _PRESSURE: Final = 1.45  # mean pressure on a cube that sticks to what presses it, over its yield stress
 _SCATTER: Final = 0.03  # its relative standard deviation; a cube that slides bears up to a fifth less
 _FREE: Final = 0.15  # part of the height up to which that pressure counts on the section that the cube had
-_SLOPE, _BEND, _DOUBT = (
-    0.7,
-    3.8,
-    0.2,
-)  # of its growth past that, as the section grows, and the doubt about it, as a part of it
+# of its growth past that, as the section grows, and the doubt about it, as a part of it
+_SLOPE, _BEND, _DOUBT = 0.7, 3.8, 0.2
 _SPREAD: Final = 0.3  # doubt about the weight, which is spread over the height, as a part of it
 _LEAST, _MOST = 0.02, 0.4  # parts of the height between which it is known
 _SIGNIFICANT: Final = 2.0
@@ -55,18 +54,18 @@ def cube_yield_stress(force: Estimate, edge: Estimate, height: Estimate, *, dens
         raise IllConditioned(
             f"the cube lost {lost:.2g} of its height, and its yield stress shows between {_LEAST:g} and {_MOST:g}; press it to that"
         )
-    value = _stress(force.value, edge.value, height.value, density)
-    by_force = _stress(force.value + force.sd, edge.value, height.value, density) - value
-    by_edge = _stress(force.value, edge.value + edge.sd, height.value, density) - value
-    by_height = _stress(force.value, edge.value, height.value + height.sd, density) - value
-    weight = density * _GRAVITY * edge.value**3
-    by_law = value * math.hypot(_SCATTER, _DOUBT * (_growth(lost) - 1), _SPREAD * weight / (force.value + weight))
-    return Estimate(value, math.hypot(by_force, by_edge, by_height, by_law))
+    found = carried(partial(_stress, density=density), force, edge, height)
+    weight = _weight(edge.value, density)
+    by_law = math.hypot(_SCATTER, _DOUBT * (_growth(lost) - 1), _SPREAD * weight / (force.value + weight))
+    return Estimate(found.value, math.hypot(found.sd, found.value * by_law))
 
 
-def _stress(force: float, edge: float, height: float, density: float) -> float:
-    weight = density * _GRAVITY * edge**3
-    return (force + weight) / (_PRESSURE * _growth(1 - height / edge) * edge**2)
+def _stress(force: float, edge: float, height: float, *, density: float) -> float:
+    return (force + _weight(edge, density)) / (_PRESSURE * _growth(1 - height / edge) * edge**2)
+
+
+def _weight(edge: float, density: float) -> float:
+    return density * _GRAVITY * edge**3
 
 
 def _growth(lost: float) -> float:

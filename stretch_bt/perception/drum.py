@@ -16,22 +16,18 @@ from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
 from stretch_bt.plain_numbers import is_number
 from stretch_bt.units import Estimate
 
-__all__ = ["lift_of_flat", "lift_off"]
+__all__ = ["lift_off"]
 
 Array = npt.NDArray[np.float64]
 
-# Over 300 discs and blocks of 12 to 40 mm with edges of 0.5 to 10 mm under solved sheets of gauges of 50 to 120 mm, 1 to 2 mm thick, pressed
-# 3 to 14 mm deep (`python -m benchmarks.lift_off --bodies 300 --seed 0 --fit`): the lift over the thickness, by powers of depth,
-# half the size and thickness over the gauge, of the strain, and of the face's length along j over its width along i, as the sides along the
-# stretch are those that lift it; the factor, and the standard deviation as a part of the lift.
-FACE = (0.315, 0.781, -0.370, 0.103, -0.385, 0.762)
-PART = 0.3
-# The same of the top that `track_height` reads, which over a wide face lies at its edges, above the middle, and by the contact that a camera
-# shows, which noise makes wider than the face, and longer or shorter. It and what follows are of greatest likelihood over 260 discs, blocks, bowed
-# discs, balls and lying cylinders in five noises (`python benchmarks/bowed_tops.py --seed 1000 --bodies 260`), and over half of the balls and
-# caps of `benchmarks.height_noise`; the part and ALIKE were then raised by an eighth and by three quarters, to cover others.
-SEEN = (2.262, 0.748, 0.215, 0.348, -0.434, 0.507)
-SEEN_PART = 0.55
+# Over 260 discs, blocks, bowed discs, balls and lying cylinders in five noises (`python benchmarks/bowed_tops.py --seed 1000 --bodies 260`), and
+# half of the balls and caps of `benchmarks.height_noise`: how far the top that `track_height` reads, which over a wide face lies at its edges,
+# stands above a flat top, over the thickness, by powers of the depth and the contact's radius and the thickness over the gauge, of the strain, and
+# of the contact's length along j over its width along i; the factor, and the standard deviation as a part of the lift. The contact is as a camera
+# shows it, which noise makes wider than the face. It and what follows are of greatest likelihood; the part and ALIKE were then raised by an
+# eighth and by three quarters, to cover others. (`python -m benchmarks.lift_off` has the law of the middle of a face that is known.)
+FACTOR, DEPTH, SIZE, THICKNESS, STRAIN, ASPECT = 2.262, 0.748, 0.215, 0.348, -0.434, 0.507
+PART = 0.55
 LONGEST = 3.3  # of length over width, or the reverse: faces of 12 to 40 mm
 # The bow of a contact is its curvature times the square of its radius over twice the lift of a flat top: 1 for a drum of that lift. It is taken
 # near the middle, within INSIDE of the radius, and as far as noise hides it there, from the bow within OUTSIDE, of which it is OUTER with a
@@ -51,21 +47,6 @@ WEIGHTS = np.exp(-(NODES**2) / 2.0) / np.exp(-(NODES**2) / 2.0).sum()
 CLEAR = 1e3  # a bow that is clearly none of a drum
 MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
-
-
-def lift_of_flat(
-    height: float, radius: float, thickness: float, strain: float, gauge: float, aspect: float = 1.0
-) -> float:
-    """Return how far a membrane of a gauge stands above a flat top whose contact has a radius, m, and is so many times as long along j."""
-    return _by(FACE, height, radius, thickness, strain, gauge, aspect)
-
-
-def _by(
-    law: tuple[float, ...], height: float, radius: float, thickness: float, strain: float, gauge: float, aspect: float
-) -> float:
-    factor, *powers = law
-    numbers = height / gauge, radius / gauge, thickness / gauge, strain, aspect
-    return float(thickness * factor * math.prod(n**power for n, power in zip(numbers, powers, strict=True)))
 
 
 def lift_off(
@@ -100,10 +81,10 @@ def lift_off(
     contact = _contact(points, labels)
     middle, away, radius = disc_of(contact.cloud)
     depth, radius = max(height, SHALLOW), max(radius, SMALL)
-    most = _by(SEEN, depth, radius, thickness, strain.value, gauge, _aspect(contact.cloud))
+    most = _of_flat(depth, radius, thickness, strain.value, gauge, _aspect(contact.cloud))
     if most == 0.0:
         return Estimate(0.0, 0.0)
-    part = math.hypot(SEEN_PART, SEEN[4] * strain.sd / strain.value)
+    part = math.hypot(PART, STRAIN * strain.sd / strain.value)
     inner, outer = (
         _bow(contact, middle, away, share * radius, radius**2 / (2.0 * most)) for share in (INSIDE, OUTSIDE)
     )
@@ -112,6 +93,12 @@ def lift_off(
     flat = _part(_in_the_middle(inner, outer), outer.value)
     sd = most * min(math.hypot(part * flat.value, flat.sd), 1.0)
     return Estimate(flat.value * most, math.hypot(sd, min(most, LEAST_SD)))
+
+
+def _of_flat(height: float, radius: float, thickness: float, strain: float, gauge: float, aspect: float) -> float:
+    """Return the lift over a flat top whose contact has a radius, m, and is so many times as long along j as along i, m."""
+    depth, size, thin = height / gauge, radius / gauge, thickness / gauge
+    return float(thickness * FACTOR * depth**DEPTH * size**SIZE * thin**THICKNESS * strain**STRAIN * aspect**ASPECT)
 
 
 def _bow(contact: Points, middle: Array, away: Array, within: float, scale: float) -> Estimate | None:

@@ -207,9 +207,10 @@ def _format(path: str | Path) -> str:
         raise FileError([root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {TREE}'")])
     value = root.get("format")
     if value is None:
-        for key in (key for key, _ in root if closest(key.text, ["format"]) is not None):
-            hint = did_you_mean(key.text, ["format"])
-            raise FileError([key.mark.error("key-unknown", f"unknown key {key.text!r}", hint)])
+        slip = next((key for key, _ in root if closest(key.text, ["format"]) is not None), None)
+        if slip is not None:
+            hint = did_you_mean(slip.text, ["format"])
+            raise FileError([slip.mark.error("key-unknown", f"unknown key {slip.text!r}", hint)])
         raise FileError([root.mark.error("format-missing", "the file has no 'format'", f"begin with 'format: {TREE}'")])
     if is_nothing(value) or not isinstance(value, Scalar):
         given = "nothing" if is_nothing(value) else told(value)

@@ -118,15 +118,16 @@ def _told(path: Path, kind: str) -> Iterator[None]:
     except InvalidInput:
         raise
     except _BROKEN as error:
-        why = str(error) or type(error).__name__
-        raise InvalidInput(f"{path} is not an {kind} file that can be read: {why}") from error
+        raise _unreadable(path, kind, str(error) or type(error).__name__) from error
     except OSError as error:
         if error.errno != errno.EINVAL or error.filename is not None:
             raise
         # a place before the begin of the file, to which a damaged table of contents points
-        raise InvalidInput(
-            f"{path} is not an {kind} file that can be read: its table of contents is damaged"
-        ) from error
+        raise _unreadable(path, kind, "its table of contents is damaged") from error
+
+
+def _unreadable(path: Path, kind: str, why: str) -> InvalidInput:
+    return InvalidInput(f"{path} is not an {kind} file that can be read: {why}")
 
 
 def _entries(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:

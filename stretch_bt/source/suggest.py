@@ -79,9 +79,9 @@ def unknown_key(key: Scalar, value: Value, known: Iterable[str], beside: Map | N
     cut_off = isinstance(value, Scalar) and not value.quoted and not value.text and not key.quoted
     if cut_off and closest(key.text, known) is None:
         return "put quotes around the text before it if the comma belongs to it, or give it a value"
-    meant = None if beside is None else closest(key.text, known)
-    is_taken = beside is not None and meant is not None and meant in beside
-    return stands_already(meant) if is_taken and meant else did_you_mean(key.text, known)
+    if beside is not None and (meant := closest(key.text, known)) is not None and meant in beside:
+        return stands_already(meant)
+    return did_you_mean(key.text, known)
 
 
 def stands_already(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stretch_bt.errors import InvalidInput, StretchError, named
-from stretch_bt.sweep.package_digest import package_digest
+from stretch_bt.sweep.package_digest import another_package, package_digest
 
 __all__ = ["Crew", "cannot_run"]
 
@@ -77,5 +77,4 @@ def _check(address: str, answer: Any) -> None:
     if isinstance(answer, Exception):
         raise cannot_run(f"{address}: {named(answer)}")
     if answer != package_digest():
-        what = f"the worker {address} has another stretch_bt than the sweep"
-        raise InvalidInput(f"{what}; install the same version, with the same changes, there, and go on with --resume")
+        raise another_package(f"the worker {address}")

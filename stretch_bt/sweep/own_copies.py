@@ -50,7 +50,7 @@ def copies_alone(base: Path, files: Mapping[str, bytes], origin: str, homes: Ite
         Paths of the files among `files` that may have modules beside them.
     """
     modules = {Path(name) for name in files if name.endswith(".py")}
-    folders = {home for home in map(Path, _folders(files, homes)) if any(m.is_relative_to(home) for m in modules)}
+    folders = {home for home in _folders(files, homes) if any(m.is_relative_to(home) for m in modules)}
     places = {m for m in modules if any(m.is_relative_to(home) for home in folders)}
     # a package without an __init__.py is known by its folder
     inner = {p for m in places for p in m.parents if any(home in p.parents for home in folders)}
@@ -76,7 +76,7 @@ def refuse_changed(files: Mapping[str, bytes]) -> None:
     InvalidInput
         There is one.
     """
-    homes = {Path(name).parent for name in files if name.endswith((".yaml", ".yml"))}
+    homes = _of_yaml(files)
     for folder, away in _kept.items():
         for name, module in away.modules.items():
             file, stem = getattr(module, "__file__", None), Path(*name.split("."))
@@ -89,11 +89,15 @@ def refuse_changed(files: Mapping[str, bytes]) -> None:
                 raise InvalidInput(f"{what}; restart the workers, and go on with --resume")
 
 
-def _folders(files: Mapping[str, bytes], homes: Iterable[str]) -> set[str]:
+def _folders(files: Iterable[str], homes: Iterable[str]) -> set[Path]:
     """Return the folders in which modules may stand: of the files that an item names, and of files below that these may import."""
     found = {Path(home).parent for home in homes}
-    below = {Path(name).parent for name in files if name.endswith((".yaml", ".yml"))}
-    return {str(folder) for folder in found | {f for f in below if any(f.is_relative_to(home) for home in found)}}
+    return found | {folder for folder in _of_yaml(files) if any(folder.is_relative_to(home) for home in found)}
+
+
+def _of_yaml(files: Iterable[str]) -> set[Path]:
+    """Return the folders of the files that may import modules."""
+    return {Path(name).parent for name in files if name.endswith((".yaml", ".yml"))}
 
 
 def _names(modules: Iterable[Path]) -> set[str]:

@@ -7,7 +7,9 @@ from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 
-__all__ = ["package_digest"]
+from stretch_bt.errors import InvalidInput
+
+__all__ = ["another_package", "package_digest"]
 
 #: what Python and numba write beside the source
 _MADE = (".pyc", ".pyo", ".nbi", ".nbc")
@@ -24,3 +26,9 @@ def package_digest() -> str:
             found.update(f"{path.relative_to(root).as_posix()}\0{len(content)}\0".encode())
             found.update(content)
     return found.hexdigest()
+
+
+def another_package(who: str) -> InvalidInput:
+    """Return the error of a process whose package has another digest."""
+    what = f"{who} has another stretch_bt than the sweep"
+    return InvalidInput(f"{what}; install the same version, with the same changes, there, and go on with --resume")

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, InvalidInput, MissingExtra, NoAnswer, StretchError, named, writable
+from stretch_bt.errors import DeviceFault, MissingExtra, NoAnswer, StretchError, named, writable
 from stretch_bt.hardware.imported_texts import note_imported
 from stretch_bt.quantity_text import format_duration
 from stretch_bt.runtime.copies import copies_of
@@ -18,7 +18,7 @@ from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
 from stretch_bt.sweep.memory import give_back
 from stretch_bt.sweep.own_copies import copies_alone
-from stretch_bt.sweep.package_digest import package_digest
+from stretch_bt.sweep.package_digest import another_package, package_digest
 from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
 
@@ -39,8 +39,7 @@ def run_item(spec: Spec) -> Ran:
         A signal came while the run was prepared.
     """
     if spec.source != package_digest():
-        who = f"{_worker()} has another stretch_bt than the sweep"
-        raise InvalidInput(f"{who}; install the same version, with the same changes, there, and go on with --resume")
+        raise another_package(_worker())
     try:
         return _ran(spec)
     finally:

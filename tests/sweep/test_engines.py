@@ -103,6 +103,11 @@ def test_a_worker_with_threads_is_refused(lab):
         next(cluster(lab.specs(), 1, two.scheduler_address))
 
 
+def test_where_no_host_is_nothing_runs(lab):
+    with pytest.raises(InvalidInput, match="there is no Dask scheduler at 'nowhere:1'"):
+        next(cluster(lab.specs(), 1, "nowhere:1"))
+
+
 @pytest.mark.parametrize("speaks", [b"", b"SSH-2.0-OpenSSH_9.2\r\n", b"220 smtp\r\n"])
 def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch, speaks):
     """What listened in silence was waited for without end, and what spoke first ended in a traceback."""

@@ -45,10 +45,9 @@ def compile_kernels() -> None:
     for shape in ("sphere:20mm", "cylinder:20mm", "cone:45deg", "cube:20mm"):
         press(shape, 0.03, 0.003, settings=coarse)
     press("sphere:20mm", 0.03, 0.005, settings=Settings.within(0.03))
-    for settings in reference_settings(
-        quick_cases()[0]
-    ):  # their memory is taken from the system once, which is time as well
-        _press(quick_cases()[0], settings)
+    case = quick_cases()[0]
+    for settings in reference_settings(case):  # their memory is taken from the system once, which is time as well
+        _press(case, settings)
     for solver in ("axisymmetric", "hertz"):
         press("sphere:20mm", 0.03, 0.005, solver=solver)
 

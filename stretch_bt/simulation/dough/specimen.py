@@ -149,12 +149,12 @@ class DoughSpecimen(Specimen):
         lump = state.lump
         height = lump.height - min(drop + self._sunk(lump), 0.9 * lump.height)
         line = self.outline(state, height)
-        spec = self.spec.known()
+        known = super().known(state, drop)
         if self.dough is None:
-            del spec["yield_stress"]
+            del known["yield_stress"]
         contour, chain, low = (float(circularity(line, method=m)) for m in ("contour", "pixel_chain", "low_pass"))
         return {
-            **spec,
+            **known,
             "radius": lump.ball,
             "roundness": lump.roundness,
             "radius_spread": state.rolled.roundness,
