@@ -13,25 +13,17 @@ SURE_ODDS = 1e12
 SURELY = 700.0  # exponent beyond which a number leaves the range of floats
 
 
-def perhaps_above(seen: Estimate, spread: float) -> Estimate:
-    """Return the quantity that is 0 or, as likely, half-normal with a `spread`."""
+def perhaps_above(seen: Estimate, most: float) -> Estimate:
+    """Return the quantity that is 0 or, as likely, above, as dense everywhere as if it were spread evenly up to `most`."""
     seen = Estimate(seen.value, max(seen.sd, LEAST_SD))
-    total = seen.sd**2 + spread**2
-    middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
-    t = middle / sd
+    t = seen.value / seen.sd
     if t < -30.0:  # so surely none that the tail is less than any number
         return Estimate(0.0, 0.0)
     above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
     hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
-    odds = (
-        2.0
-        * above
-        * seen.sd
-        / math.sqrt(total)
-        * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, SURELY))
-    )
-    there = Estimate(middle + sd * hazard, sd * math.sqrt(max(1.0 - t * hazard - hazard**2, 0.0)))
-    return either(odds, there, Estimate(0.0, 0.0))
+    odds = math.exp(min(0.5 * t * t, SURELY)) * math.sqrt(2.0 * math.pi) * seen.sd * above
+    there = Estimate(seen.value + seen.sd * hazard, seen.sd * math.sqrt(max(1.0 - t * hazard - hazard**2, 0.0)))
+    return either(odds / max(most, LEAST_SD), there, Estimate(0.0, 0.0))
 
 
 def odds_about(seen: Estimate, about: Estimate) -> float:

@@ -23,7 +23,9 @@ RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim 
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
-SAG = 0.3  # of the depth; standard deviation of how far a round top falls within RIM, of a contact into which noise lets some skirt
+# How far a round top may fall within RIM, of a contact into which noise lets some skirt: a share of the depth, and standard deviations of the
+# fall that is seen, as more would be clear. Noise chooses the contact, and makes the fall vary by VARIED of its standard deviation.
+DEEPEST, CLEAREST, VARIED = 0.6, 4.0, 1.15
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation
 AS_SHARP = 1.0  # odds that a tip is as sharp as a wide disc says, where no fine one shows it
@@ -134,11 +136,11 @@ def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) 
 def _faint(top: Top, flat: Estimate, odds: float) -> Estimate:
     """Return the height of a top that is flat, or nearly so, by the odds that one that is not is a tip rather than round.
 
-    Taken for flat, a faint cap comes out too low by half its sag, and a faint cone by more. Before it is seen, a top is flat or round, one
-    as likely as the other, and a round one falls within the disc by a half-normal share of its depth.
+    Taken for flat, a faint cap comes out too low by half its sag, and a faint cone by more. Before it is seen, a top is as
+    likely flat as not.
     """
-    sag, spread = top.sag, SAG * abs(flat.value)
-    likely = perhaps_above(sag, max(spread, 1e-9))
+    sag = Estimate(top.sag.value, VARIED * top.sag.sd)
+    likely = perhaps_above(sag, min(DEEPEST * abs(flat.value), CLEAREST * sag.sd))
     seen = top.tip(0.0)
     tip = either(tip_odds(seen, likely.value, odds), of_tip(seen, likely.value), Estimate(0.0, 0.0))
     return Estimate(flat.value + 0.5 * likely.value + tip.value, math.hypot(flat.sd, 0.5 * likely.sd, tip.sd))

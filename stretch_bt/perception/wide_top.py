@@ -25,7 +25,7 @@ POINTED, SPREAD = (-0.20, 0.10, 0.33, 0.48, 0.58), (0.57, 0.40, 0.28, 0.21, 0.16
 BELOW = ((-0.005, -0.020, -0.052, -0.090, -0.100), (0.18, 0.23, 0.25, 0.27, 0.28), (0.18, 0.21, 0.33, 0.43, 0.44))
 OFF = (0.025, 0.040, 0.051, 0.064, 0.085)
 MOST_POINTED = 1.0  # either way
-PATCHES = 5.0  # independent values that a disc must hold before its quadratic counts
+PATCHES = 5.0  # independent values that a wide disc must hold
 # Standard deviations by which a disc's vertex may lie below the contact's own: beyond, the top is sharper than such a disc can show.
 SHARP = 2.5
 # factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
@@ -34,7 +34,7 @@ SURER = 1.15
 # the skirt within the disc is unlike the shapes from which OFF is
 HALFWAY = 0.5
 # error of the height, in standard deviations of shared noise, where the contact that this noise chose holds fewer than PATCHES such values
-CHOSEN = 0.7
+CHOSEN = 0.6
 CLEAR = 0.03  # share of the depth: below such an error no wider disc can give a better height
 SMALL = 3.0  # times the shared noise: where this is below CLEAR, noise does not choose what is taken for contact
 LEAST_POINTS = 30
@@ -55,25 +55,23 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     chosen = not faint and _pixels(contact) < PATCHES * contact.noise.shared_area
     if chosen:
         top = Estimate(top.value, math.hypot(top.sd, CHOSEN * contact.noise.shared_sd))
-    enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
-    if enough and top.sd < CLEAR * abs(top.value):
+    if top.sd < CLEAR * abs(top.value):
         return top
-    best = _surest(top if enough else None, top, contact, around)
-    if best is None:
-        return top
+    best = _surest(top, contact, around)
     apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
     return Estimate(best.value, math.hypot(SURER * best.sd, apart))
 
 
-def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Points) -> Estimate | None:
-    """Return the surest of a height, m, and the heights by wider discs, None where there is none."""
+def _surest(alone: Estimate, contact: Points, around: Points) -> Estimate:
+    """Return the surest of the height by a contact alone, m, and the heights by wider discs."""
     start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
     least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
     discs = {max(share * radius, least) for share in RADII}
+    best = alone
     for wide in sorted(disc for disc in discs if disc <= RADII[-1] * radius):
-        if best is not None and best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
+        if best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
             break  # the skirt's error grows with the disc
         try:
             found = _of_disc(around, start, wide, wide / radius)
@@ -81,7 +79,7 @@ def _surest(best: Estimate | None, alone: Estimate, contact: Points, around: Poi
             continue
         if found is None or found.height.value < alone.value - SHARP * math.hypot(found.usual_sd, alone.sd):
             continue
-        if best is None or found.height.sd < best.sd:
+        if found.height.sd < best.sd:
             best = found.height
     return best
 
