@@ -39,6 +39,10 @@ COARSE = 3.8e-3  # m; shows how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
 MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press of one object shows one or two
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
+#: m, and share of SEED standard deviations of noise of any length: what rises less and is curved by less may be noise that a narrow kernel takes
+#: for membrane. A membrane that touches nothing reaches 0.67, light presses begin at 0.75 under noise alike over up to 3 pixels
+#: (`free`, `cap` and `analytic light` of `python -m benchmarks.height_noise`)
+LIGHT, HIDDEN = 2e-3, 0.7
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -138,11 +142,11 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
         if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
             best = scale, patches
         if best and best[0].clearness >= CLEAR:
-            return best
-    if best is not None:
-        return best
+            break
     spectrum = cache(partial(noise_spectrum, cleaned, free=np.ones(cleaned.valid.shape, dtype=bool)))
-    if crowded is not None and not _hides(spectrum(), coarse):
+    if best is not None and not (_is_light(best[0].ground) and _hides(spectrum(), best[0], HIDDEN)):
+        return best
+    if best is None and crowded is not None and not _hides(spectrum(), coarse):
         raise crowded
     place = ground(HIGHEST)
     found = highest(place.surface, place.plane, lambda: spectrum().after(place.surface)) if rule == "mean" else []
@@ -157,10 +161,16 @@ def _is_crowded(scale: Scale, effort: Effort) -> bool:
     return False
 
 
-def _hides(noise: NoiseSpectrum, scale: Scale) -> bool:
-    """Whether noise of a length that a narrow kernel takes for membrane explains all that looks curved."""
+def _is_light(ground: Ground) -> bool:
+    """Whether the membrane rises by so little that noise may lift it so far."""
+    rise = ground.surface.smooth - np.float32(ground.plane)
+    return float(np.max(rise, where=ground.raised & ground.surface.trusted, initial=0.0)) < LIGHT
+
+
+def _hides(noise: NoiseSpectrum, scale: Scale, share: float = 1.0) -> bool:
+    """Whether noise of a length that a narrow kernel takes for membrane explains all that looks curved, or such a share of what noise does."""
     surface = scale.ground.surface
-    signals = noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
+    signals = share * noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
     return all(scale.clearness * signal.sd < SEED * signals for signal in scale.signals)
 
 

@@ -60,6 +60,17 @@ def test_the_bend_of_a_membrane_is_no_noise_of_wide_pixels(shape, noise):
     assert 0.4 < np.sqrt(np.mean(ratios**2)) < 1.6
 
 
+@pytest.mark.parametrize(
+    ("noise", "numbers"),
+    [("SR305", (15, 16, 20, 25)), ("white 0.3 and 0.15, 8 px", (3, 19, 23)), ("shared 0.3, 8 px", (3, 8, 16))],
+)
+def test_what_noise_alone_bends_is_no_contact(noise, numbers):
+    """Narrow kernels took noise that pixels share for membrane: a free one had a contact 0.12 mm high, +- 0.04, or 0.5 mm."""
+    for number in numbers:
+        with pytest.raises(NoAnswer):
+            height(seen(surface_of("free", 0), NOISES[noise], np.random.default_rng((number, 7))))
+
+
 def test_of_two_contacts_the_highest_counts_and_labels_choose_the_other():
     surface = surface_of("two", 2)
     contact = find_contact(seen(surface, NOISES["white 0.05"], np.random.default_rng(2)))
