@@ -32,7 +32,7 @@ MODEL, MODEL_PULLED = 0.006, 0.025
 BENDING, NARROW = 0.0035, 0.7
 STEPS, CLOSE = 12, 0.02
 # Factor on deviations where all noise is smooth: they depend on how far it reaches, which is known to a tenth.
-ALIKE = 1.3
+ALIKE = 1.15
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
 CLEARER = 2.0  # nats from which a cone explains a contact clearly better than a sphere
 ONE_TOP = 9.0  # chi-square of the difference of two fits below which they are one
