@@ -11,19 +11,32 @@ __all__ = ["either", "odds_about", "perhaps_above", "weighed"]
 LEAST_SD = 1e-12
 SURE_ODDS = 1e12
 SURELY = 700.0  # exponent beyond which a number leaves the range of floats
+FAR = 30.0  # standard deviations beyond which a tail is less than any number
+EVENLY = math.sqrt(12.0)  # of a range, over the standard deviation of what lies anywhere in it
 
 
-def perhaps_above(seen: Estimate, most: float) -> Estimate:
-    """Return the quantity that is 0 or, as likely, above, as dense everywhere as if it were spread evenly up to `most`."""
-    seen = Estimate(seen.value, max(seen.sd, LEAST_SD))
-    t = seen.value / seen.sd
-    if t < -30.0:  # so surely none that the tail is less than any number
-        return Estimate(0.0, 0.0)
-    above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
-    hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
-    odds = math.exp(min(0.5 * t * t, SURELY)) * math.sqrt(2.0 * math.pi) * seen.sd * above
-    there = Estimate(seen.value + seen.sd * hazard, seen.sd * math.sqrt(max(1.0 - t * hazard - hazard**2, 0.0)))
-    return either(odds / max(most, LEAST_SD), there, Estimate(0.0, 0.0))
+def perhaps_above(seen: Estimate, most: float, odds: float = 1.0) -> Estimate:
+    """Return the quantity that is 0 or, by such odds before it is seen, anything from 0 to `most` as likely."""
+    sd, most = max(seen.sd, LEAST_SD), max(most, LEAST_SD)
+    low, high = -seen.value / sd, (most - seen.value) / sd  # of a normal distribution that is cut at 0 and at `most`
+    if low > FAR:
+        return Estimate(0.0, 0.0)  # what may be above is less than a thirtieth of `sd`
+    if high < -FAR:
+        return Estimate(most, 0.0)
+    within = max(_below(high) - _below(low) if low < 0.0 else _below(-low) - _below(-high), 1e-300)
+    off = (_density(low) - _density(high)) / within
+    variance = 1.0 + (low * _density(low) - high * _density(high)) / within - off * off
+    there = Estimate(min(max(seen.value + sd * off, 0.0), most), min(sd * math.sqrt(max(variance, 0.0)), most / EVENLY))
+    likelier = math.sqrt(2.0 * math.pi) * within * math.exp(min(0.5 * low * low, SURELY))
+    return either(odds * likelier * sd / most, there, Estimate(0.0, 0.0))
+
+
+def _density(t: float) -> float:
+    return math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi)
+
+
+def _below(t: float) -> float:
+    return 0.5 * math.erfc(-t / math.sqrt(2.0))
 
 
 def odds_about(seen: Estimate, about: Estimate) -> float:

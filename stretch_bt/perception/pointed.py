@@ -15,14 +15,14 @@ from stretch_bt.units import Estimate
 if TYPE_CHECKING:
     from stretch_bt.perception.top import Points
 
-__all__ = ["TIPS", "of_tip", "tip_above", "tip_odds"]
+__all__ = ["LEAST_FALL", "TIPS", "of_tip", "tip_above", "tip_odds"]
 
 Array = npt.NDArray[np.float64]
 
 # height of a tip above the vertex of the quadratic through it, as a share of how far that falls within its disc, and its standard deviation: 0.33
 # of a cone, less of a blunt one, more where the disc holds skirt
 SHARPNESS, SHARPNESS_SD = 0.25, 0.2
-TIPS = 0.5  # how many tips are pressed for each round top: with a tenth, cones under noise that pixels share come out up to twice as wrong as stated
+TIPS = 0.5  # how many tips are pressed for each round top: with 0.1, cones under shared noise were off by two stated deviations
 LEAST_FALL = 1e-9  # m
 
 

@@ -39,9 +39,9 @@ COARSE = 3.8e-3  # m; shows how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
 MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press of one object shows one or two
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
-#: m, and share of SEED standard deviations of noise of any length: what rises less and is curved by less may be noise that a narrow kernel takes
-#: for membrane. A membrane that touches nothing reaches 0.67, light presses begin at 0.75 under noise alike over up to 3 pixels
-#: (`free`, `cap` and `analytic light` of `python -m benchmarks.height_noise`)
+# A contact that rises by less than LIGHT, m, must be curved by more than HIDDEN of SEED standard deviations of noise of any length, which a narrow
+# kernel takes for membrane. Free membranes reach 0.67 (one of 288 frames 0.70). Light presses reach 0.75 or more under noise alike over up to 3
+# pixels, less under longer noise (`free`, `cap` and `analytic light` of `python -m benchmarks.height_noise`).
 LIGHT, HIDDEN = 2e-3, 0.7
 
 
@@ -144,9 +144,11 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
         if best and best[0].clearness >= CLEAR:
             break
     spectrum = cache(partial(noise_spectrum, cleaned, free=np.ones(cleaned.valid.shape, dtype=bool)))
-    if best is not None and not (_is_light(best[0].ground) and _hides(spectrum(), best[0], HIDDEN)):
+    if best is not None and _is_light(best[0].ground) and _hides(spectrum(), best[0], HIDDEN):
+        best = None
+    if best is not None:
         return best
-    if best is None and crowded is not None and not _hides(spectrum(), coarse):
+    if crowded is not None and not _hides(spectrum(), coarse):
         raise crowded
     place = ground(HIGHEST)
     found = highest(place.surface, place.plane, lambda: spectrum().after(place.surface)) if rule == "mean" else []
@@ -162,16 +164,15 @@ def _is_crowded(scale: Scale, effort: Effort) -> bool:
 
 
 def _is_light(ground: Ground) -> bool:
-    """Whether the membrane rises by so little that noise may lift it so far."""
-    rise = ground.surface.smooth - np.float32(ground.plane)
-    return float(np.max(rise, where=ground.raised & ground.surface.trusted, initial=0.0)) < LIGHT
+    """Whether the membrane rises by less than LIGHT."""
+    return float(_rise(ground).max()) < LIGHT
 
 
 def _hides(noise: NoiseSpectrum, scale: Scale, share: float = 1.0) -> bool:
-    """Whether noise of a length that a narrow kernel takes for membrane explains all that looks curved, or such a share of what noise does."""
+    """Whether all that looks curved is below a `share` of SEED standard deviations of noise of any length."""
     surface = scale.ground.surface
-    signals = share * noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
-    return all(scale.clearness * signal.sd < SEED * signals for signal in scale.signals)
+    noise_sd = noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
+    return all(scale.clearness * signal.sd < share * SEED * noise_sd for signal in scale.signals)
 
 
 def _kernels(clearness: float) -> list[float]:
@@ -190,10 +191,15 @@ def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     """Whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
-    rise = (ground.surface.smooth - np.float32(ground.plane)) * (ground.raised & ground.surface.trusted)
+    rise = _rise(ground)
     peak = float(rise.max())
     top = rise > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
     return bool(2 * np.count_nonzero(_held(ground, patches) & top) >= np.count_nonzero(top))
+
+
+def _rise(ground: Ground) -> Image:
+    """Return how far each trusted bin of the raised part rises, m, 0 elsewhere."""
+    return np.asarray((ground.surface.smooth - np.float32(ground.plane)) * (ground.raised & ground.surface.trusted))
 
 
 def _held(ground: Ground, patches: list[Patch]) -> MaskArray:

@@ -25,7 +25,7 @@ POINTED, SPREAD = (-0.20, 0.10, 0.33, 0.48, 0.58), (0.57, 0.40, 0.28, 0.21, 0.16
 BELOW = ((-0.005, -0.020, -0.052, -0.090, -0.100), (0.18, 0.23, 0.25, 0.27, 0.28), (0.18, 0.21, 0.33, 0.43, 0.44))
 OFF = (0.025, 0.040, 0.051, 0.064, 0.085)
 MOST_POINTED = 1.0  # either way
-PATCHES = 5.0  # independent values that a wide disc must hold
+PATCHES = 5.0  # independent values: a wide disc must hold so many, and noise chose a contact that holds fewer
 # Standard deviations by which a disc's vertex may lie below the contact's own: beyond, the top is sharper than such a disc can show.
 SHARP = 2.5
 # factor on the standard deviation that the surest of some states: it is taken because its own noise made it look sure
@@ -33,7 +33,7 @@ SURER = 1.15
 # share of the difference between a disc and the contact alone, which is an error of the one or the other: noise chose the contact, and
 # the skirt within the disc is unlike the shapes from which OFF is
 HALFWAY = 0.5
-# error of the height, in standard deviations of shared noise, where the contact that this noise chose holds fewer than PATCHES such values
+# error of the height of a contact that noise chose, in standard deviations of shared noise
 CHOSEN = 0.6
 CLEAR = 0.03  # share of the depth: below such an error no wider disc can give a better height
 SMALL = 3.0  # times the shared noise: where this is below CLEAR, noise does not choose what is taken for contact
@@ -51,25 +51,24 @@ class WideTop(NamedTuple):
 def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     """Return the surest height of a contact's top, m, by the contact alone or by a wider disc."""
     assert contact.noise is not None
-    faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
-    chosen = not faint and _pixels(contact) < PATCHES * contact.noise.shared_area
-    if chosen:
-        top = Estimate(top.value, math.hypot(top.sd, CHOSEN * contact.noise.shared_sd))
-    if top.sd < CLEAR * abs(top.value):
+    noise, clear = contact.noise, CLEAR * abs(top.value)
+    if SMALL * noise.shared_sd >= clear and _pixels(contact) < PATCHES * noise.shared_area:
+        top = Estimate(top.value, math.hypot(top.sd, CHOSEN * noise.shared_sd))
+    if top.sd < clear:
         return top
     best = _surest(top, contact, around)
     apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
-    return Estimate(best.value, math.hypot(SURER * best.sd, apart))
+    return Estimate(best.value, math.hypot(best.sd, apart))
 
 
 def _surest(alone: Estimate, contact: Points, around: Points) -> Estimate:
-    """Return the surest of the height by a contact alone, m, and the heights by wider discs."""
+    """Return the surest of the height by a contact alone, m, and the heights by wider discs; a little less sure where there are some."""
     start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
     least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
     discs = {max(share * radius, least) for share in RADII}
-    best = alone
+    best, surer = alone, 1.0
     for wide in sorted(disc for disc in discs if disc <= RADII[-1] * radius):
         if best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
             break  # the skirt's error grows with the disc
@@ -79,9 +78,10 @@ def _surest(alone: Estimate, contact: Points, around: Points) -> Estimate:
             continue
         if found is None or found.height.value < alone.value - SHARP * math.hypot(found.usual_sd, alone.sd):
             continue
+        surer = SURER
         if found.height.sd < best.sd:
             best = found.height
-    return best
+    return Estimate(best.value, surer * best.sd)
 
 
 def _pixels(contact: Points) -> int:

@@ -14,8 +14,8 @@ VALUES = st.floats(-2e-3, 2e-3), st.floats(1e-7, 1e-3), st.floats(1e-6, 5e-3)
 @given(*VALUES)
 def test_what_is_never_below_0_comes_out_so(seen, sd, most):
     found = perhaps_above(Estimate(seen, sd), most)
-    assert 0.0 <= found.value <= max(seen, 0.0) + sd
-    assert 0.0 <= found.sd <= abs(seen) + sd
+    assert 0.0 <= found.value <= most
+    assert 0.0 <= found.sd <= most
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5])
@@ -33,15 +33,17 @@ def test_what_is_drawn_so_is_found_with_its_error(sd, share):
     _as_stated(errors)
 
 
-@pytest.mark.parametrize("sd", [0.03, 0.3, 3.0])
-def test_what_is_0_or_above_is_found_with_its_error(sd):
-    draws = np.random.default_rng(3)
-    values = np.where(draws.random(4000) < 0.5, draws.uniform(0, 30, 4000), 0.0)
-    found = [
-        perhaps_above(Estimate(value + off, sd), 30.0)
-        for value, off in zip(values, draws.normal(0, sd, 4000), strict=True)
-    ]
-    _as_stated([(estimate.value - value, estimate.sd) for estimate, value in zip(found, values, strict=True)])
+@pytest.mark.parametrize("odds", [1.0, 3.0])
+@pytest.mark.parametrize(
+    ("seen", "most"), [(-3, 4), (0, 4), (2, 4), (5, 4), (1, 0.01), (-10, 0.1), (-29, 3), (25, 30), (34, 4)]
+)
+def test_what_is_0_or_above_has_the_mean_and_the_deviation_of_its_posterior(seen, most, odds):
+    x = np.linspace(0, most, 400_001)
+    dense = odds / most * np.exp(seen * x - x * x / 2)  # over the likelihood of 0
+    one, mean, square = (np.trapezoid(dense * x**k, x) for k in range(3))
+    found = perhaps_above(Estimate(seen, 1.0), most, odds)
+    assert found.value == pytest.approx(mean / (1 + one), rel=1e-4)
+    assert found.sd**2 == pytest.approx(square / (1 + one) - (mean / (1 + one)) ** 2, rel=1e-3)
 
 
 def _as_stated(errors):

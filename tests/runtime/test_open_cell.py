@@ -25,7 +25,7 @@ trees:
     sequence:
       - set_stretch: {stretch: 30 mm}
       - approach: {contact_height: $h0}
-      - press: {depth: 5 mm}
+      - press: {depth: 7 mm}
       - average_frames: {frame}
       - segment_contact: {frame}
       - fit_sphere: {sphere}
@@ -44,7 +44,7 @@ def script(opened):
     """Do from Python what TREE does."""
     opened.do("set_stretch", stretch=0.030)
     top = opened.do("approach")
-    opened.do("press", depth="5 mm")
+    opened.do("press", depth="7 mm")
     opened.do("average_frames")
     opened.do("segment_contact")
     return top.contact_height, opened.do("fit_sphere").sphere
