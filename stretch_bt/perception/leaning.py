@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.smooth import filled, least_seen
 from stretch_bt.perception.steps import step_of
 from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -21,6 +22,7 @@ __all__ = ["STEEPEST", "Lean", "lean_of", "radius_of", "share_beyond"]
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
 
+SEEN, HOLE = 0.9, 3  # share of such a mean that must have depth; pixels along a side, of holes in a face that are none
 LEAST_WIDE = 5  # pixels along a side, of the means that are compared with the plane
 LENGTHS = 2.0  # width of such a mean, in sides of a square of pixels that share one error
 SHARE = 0.4  # share of a side of the contact: largest width of such a mean
@@ -213,8 +215,8 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     box = tuple(slice(max(first - more, 0), first + size + more) for first, size in ((top, down), (left, across)))
     cloud, here = points[box], valid[box]
     here = here & np.isfinite(cloud[..., 2])
-    z = np.where(here, cloud[..., 2], 0.0).astype(np.float32)
     share = cv2.blur(here.astype(np.float32), (wide, wide))
+    z = filled(np.where(here, cloud[..., 2], 0.0).astype(np.float32), here, MEDIAN)
     middle = cv2.medianBlur(z, MEDIAN)
     wild = np.abs(z - middle) > WILD * math.sqrt(noise.variance)
     z = np.where(here, np.where(wild, middle, z), np.float32(0))
@@ -229,7 +231,7 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
         x,
         y,
         np.asarray(mean[some], dtype=np.float32),
-        np.asarray(share[some] > 0.9) & here[some],
+        np.asarray(share[some] > least_seen(share, SEEN)) & here[some],
         start[some],
         rows[::every] * valid.shape[1] + columns[::every],
         every,
@@ -272,7 +274,8 @@ def _inner(seen: _Seen, mask: MaskArray) -> npt.NDArray[np.intp]:
     import cv2
 
     wide = -(-seen.wide // seen.every) | 1
-    inner = cv2.erode(mask.astype(np.uint8), np.ones((wide, wide), np.uint8)).astype(bool) & seen.seen
+    whole = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((HOLE, HOLE), np.uint8))
+    inner = cv2.erode(whole, np.ones((wide, wide), np.uint8)).astype(bool) & seen.seen
     at = np.flatnonzero(inner)
     return at if at.size >= LEAST else np.flatnonzero(mask & seen.seen)
 

@@ -15,10 +15,12 @@ __all__ = [
     "covered",
     "derivative",
     "enlarge",
+    "filled",
     "gain",
     "gaussian",
     "grown",
     "laplacian",
+    "least_seen",
     "ready_for_differences",
     "shrink",
     "slope",
@@ -28,6 +30,7 @@ __all__ = [
 Image = npt.NDArray[np.float32]
 
 WIDE = 40.0  # pixels
+LESS = 0.08  # of a square, that lacks depth by chance beyond what dropouts take of any square
 DIFFERENCES = {1: (-0.5, 0.0, 0.5), 2: (1.0, -2.0, 1.0)}
 
 
@@ -78,6 +81,22 @@ def laplacian(image: Image, sigma: float) -> Image:
     import cv2
 
     return np.asarray(cv2.Laplacian(ready_for_differences(image, sigma), cv2.CV_32F, ksize=1)[1:-1, 1:-1])
+
+
+def filled(image: Image, seen: MaskArray, wide: int) -> Image:
+    """Return an image (h, w), 0 where nothing is seen, with the means of what is seen in squares so wide there."""
+    import cv2
+
+    if seen.all():
+        return image
+    total, share = (cv2.blur(np.asarray(part, dtype=np.float32), (wide, wide)) for part in (image, seen))
+    return np.asarray(np.where(seen, image, total / np.maximum(share, np.float32(1e-3))), dtype=np.float32)
+
+
+def least_seen(share: npt.NDArray[Any], least: float) -> float:
+    """Return the share of a square that must have depth: `least`, or less where dropouts leave less of most squares (h, w)."""
+    usual = float(np.median(share[share > 0.0])) if (share > 0.0).any() else 1.0
+    return min(least, usual - LESS)
 
 
 def slope(image: Image, axis: int) -> Image:

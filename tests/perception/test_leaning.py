@@ -1,6 +1,7 @@
 """Heights of flat tops that lean."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,3 +101,15 @@ def test_a_body_that_stands_on_a_leaning_plate_is_the_highest():
     for draw in range(4):
         top = height(seen(surface, NOISES["white 0.3"], np.random.default_rng(draw)))
         assert abs(top.value - surface.top) < max(4 * top.sd, 0.1e-3)
+
+
+def test_dropouts_do_not_hide_how_far_a_face_reaches():
+    """A fifth of the pixels without depth left no mean whole: the contact was taken for the face, 13 stated deviations off."""
+    ratios = []
+    for number in range(12):
+        surface, _ = leaning("cylinder", 2, number)
+        rng = np.random.default_rng((number, 7))
+        frame = seen(surface, NOISES["white 0.3"], rng)
+        found = height(replace(frame, raw=np.where(rng.random(frame.raw.shape) < 0.2, 0, frame.raw)))
+        ratios.append((found.value - surface.top) / found.sd)
+    assert np.sqrt(np.mean(np.square(ratios))) < 1.5
