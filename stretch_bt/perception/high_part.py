@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
-from stretch_bt.perception.smooth import filled, least_seen
+from stretch_bt.perception.smooth import least_seen, medians
 from stretch_bt.perception.top import Places
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
@@ -89,8 +89,7 @@ def means_of(z: FloatArray, seen: MaskArray, least: float = 0.9) -> npt.NDArray[
     import cv2
 
     share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
-    whole = filled(np.where(seen, z, 0.0).astype(np.float32), seen, MEDIAN)
-    middle = np.where(seen, cv2.medianBlur(whole, MEDIAN), np.float32(0))
+    middle = np.where(seen, medians(np.where(seen, z, 0.0).astype(np.float32), seen, MEDIAN), np.float32(0))
     least = least_seen(share, least)
     mean = np.asarray(cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5 * least), dtype=np.float32)
     mean[share < least] = -np.inf

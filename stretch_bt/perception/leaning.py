@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
-from stretch_bt.perception.smooth import filled, least_seen
+from stretch_bt.perception.smooth import least_seen, medians
 from stretch_bt.perception.steps import step_of
 from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -216,8 +216,8 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     cloud, here = points[box], valid[box]
     here = here & np.isfinite(cloud[..., 2])
     share = cv2.blur(here.astype(np.float32), (wide, wide))
-    z = filled(np.where(here, cloud[..., 2], 0.0).astype(np.float32), here, MEDIAN)
-    middle = cv2.medianBlur(z, MEDIAN)
+    z = np.where(here, cloud[..., 2], 0.0).astype(np.float32)
+    middle = medians(z, here, MEDIAN)
     wild = np.abs(z - middle) > WILD * math.sqrt(noise.variance)
     z = np.where(here, np.where(wild, middle, z), np.float32(0))
     mean = cv2.blur(z, (wide, wide)) / np.maximum(share, np.float32(0.5))

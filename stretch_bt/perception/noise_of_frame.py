@@ -12,7 +12,7 @@ import numpy.typing as npt
 from stretch_bt.perception.noise_off_contact import COARSE, LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
-from stretch_bt.perception.smooth import covered, derivative
+from stretch_bt.perception.smooth import covered, derivative, least_seen
 from stretch_bt.perception.stripes import NO_STRIPES, without_lines
 from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import MaskArray
@@ -35,8 +35,8 @@ FREE_SHARE = (0.0, *[0.02] * 6)  # the same with residuals to ellipses, which ho
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
-# where dropouts leave less of any kernel than that: how much less than USUAL of the kernels see a kernel may see, and a bin, which must hold FULL
-USUAL, LESS, FULL = 0.9, 0.02, 0.99
+# where dropouts leave less than that of any kernel: how much less than USUAL of the kernels see a kernel, or a bin, may see
+USUAL, LESS = 0.9, 0.02
 LEAST = 60  # fewest bins for a width
 ROUNDS = 4  # of variances, and the errors of sums of squares that follow from them
 SHORT = 3  # lengths that narrow means separate from membrane
@@ -133,8 +133,8 @@ def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArra
         mean, cover = covered(rest, share, sigma)
         rest = np.where(share > 0.0, rest - mean / np.maximum(cover, np.float32(1e-3)), np.float32(0))
     seen = derivative(share, sigma * math.sqrt(times), 0, 0)
-    usual = quantile(seen[share > 0.0], USUAL) if share.any() else 1.0
-    whole = (share > min(FULL, usual - LESS)) & (seen > min(WHOLE, usual - LESS))
+    least = least_seen(seen[share > 0.0], 1.0, LESS, USUAL)
+    whole = (share > least) & (seen > min(WHOLE, least))
     if apart is not None:
         far = whole & _middle(apart[::step, ::step])
         whole = far if np.count_nonzero(far) >= LEAST else whole

@@ -11,7 +11,7 @@ __all__ = ["either", "odds_about", "perhaps_above", "weighed"]
 LEAST_SD = 1e-12
 SURE_ODDS = 1e12
 SURELY = 700.0  # exponent beyond which a number leaves the range of floats
-FAR = 30.0  # standard deviations beyond which a tail is less than any number
+FAR = 30.0  # standard deviations: what a normal distribution leaves farther out lies within a thirtieth of one of where it is cut
 EVENLY = math.sqrt(12.0)  # of a range, over the standard deviation of what lies anywhere in it
 
 
@@ -20,7 +20,7 @@ def perhaps_above(seen: Estimate, most: float, odds: float = 1.0) -> Estimate:
     sd, most = max(seen.sd, LEAST_SD), max(most, LEAST_SD)
     low, high = -seen.value / sd, (most - seen.value) / sd  # of a normal distribution that is cut at 0 and at `most`
     if low > FAR:
-        return Estimate(0.0, 0.0)  # what may be above is less than a thirtieth of `sd`
+        return Estimate(0.0, 0.0)
     if high < -FAR:
         return Estimate(most, 0.0)
     within = max(_below(high) - _below(low) if low < 0.0 else _below(-low) - _below(-high), 1e-300)

@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import MaskArray
 
 __all__ = [
     "covered",
     "derivative",
     "enlarge",
-    "filled",
     "gain",
     "gaussian",
     "grown",
     "laplacian",
     "least_seen",
+    "medians",
     "ready_for_differences",
     "shrink",
     "slope",
@@ -83,20 +84,20 @@ def laplacian(image: Image, sigma: float) -> Image:
     return np.asarray(cv2.Laplacian(ready_for_differences(image, sigma), cv2.CV_32F, ksize=1)[1:-1, 1:-1])
 
 
-def filled(image: Image, seen: MaskArray, wide: int) -> Image:
-    """Return an image (h, w), 0 where nothing is seen, with the means of what is seen in squares so wide there."""
+def medians(image: Image, seen: MaskArray, wide: int) -> Image:
+    """Return the medians of an image (h, w) in squares 3 or 5 pixels wide; what is not seen, which is 0, counts as the mean around it."""
     import cv2
 
-    if seen.all():
-        return image
-    total, share = (cv2.blur(np.asarray(part, dtype=np.float32), (wide, wide)) for part in (image, seen))
-    return np.asarray(np.where(seen, image, total / np.maximum(share, np.float32(1e-3))), dtype=np.float32)
+    if not seen.all():
+        total, share = (cv2.blur(np.asarray(part, dtype=np.float32), (wide, wide)) for part in (image, seen))
+        image = np.where(seen, image, total / np.maximum(share, np.float32(1e-3)))
+    return np.asarray(cv2.medianBlur(image, wide))
 
 
-def least_seen(share: npt.NDArray[Any], least: float) -> float:
-    """Return the share of a square that must have depth: `least`, or less where dropouts leave less of most squares (h, w)."""
-    usual = float(np.median(share[share > 0.0])) if (share > 0.0).any() else 1.0
-    return min(least, usual - LESS)
+def least_seen(share: npt.NDArray[Any], least: float, less: float = LESS, part: float = 0.5) -> float:
+    """Return the share of a square that must have depth: `least`, or `less` below the share that dropouts leave of such a part of squares."""
+    some = share[share > 0.0]
+    return min(least, (quantile(some, part) if some.size else 1.0) - less)
 
 
 def slope(image: Image, axis: int) -> Image:
