@@ -62,9 +62,8 @@ def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:
     index = int(hand.stem[-3:])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        fit_membrane(measured(np.load(hand)["force"], seed), None).save(folder / "hand.json")
-        scene, cell = _scene(folder, balloon, TrueHand.drawn(index)), _cell(folder, TrueHand.drawn(index))
-        params, out = {"model": str(folder / "hand.json")}, folder / "record"
+        scene, cell = _scene(folder, balloon, TrueHand.drawn(index)), cell_with(folder, TrueHand.drawn(index))
+        params, out = {"model": model_by(folder, hand, seed)}, folder / "record"
         result, seen = watched(balloon, tree, scene=scene, cell=cell, seed=seed, params=params, out=out)
     row = {"seed": seed, "hand": index, "balloon": balloon, "status": result.status, "reason": result.reason}
     if result.status != "SUCCESS":
@@ -73,28 +72,39 @@ def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:
     return {**row, "figures": figures(result, seen, balloon), "at_drop": value, "cpu": result.cpu_seconds}
 
 
+def model_by(folder: Path, hand: Path, seed: int) -> str:
+    """Return the file of a force model that a characterisation of a hand, with the noise of a seed, gives."""
+    path = folder / "hand.json"
+    fit_membrane(measured(np.load(hand)["force"], seed), None).save(path)
+    return str(path)
+
+
 def _scene(folder: Path, balloon: str, hand: TrueHand) -> Path:
-    """Return a balloon's scene with a drawn hand that was conditioned before."""
+    """Return a balloon's scene with a drawn hand."""
+    shipped = (SCENES / f"{balloon}_balloon.yaml").read_text("utf-8").rstrip()  # which ends with its effects
+    path = folder / "scene.yaml"
+    path.write_text(scene_with(shipped, hand), encoding="utf-8")
+    return path
+
+
+def scene_with(scene: str, hand: TrueHand) -> str:
+    """Return a scene that ends with its effects, with a drawn hand that was conditioned before and what acts on it."""
     effects = [f"friction: {{coefficient: {hand.friction}}}", f"mullins: {{share: {hand.softening}}}"]
     effects += [f"{name}: on" for name in ("sag", "bending", "force_sensor_noise")]
     effects += [f"repeatability: {{sd: {ROBOT} m}}"]
-    shipped = (SCENES / f"{balloon}_balloon.yaml").read_text("utf-8").rstrip()  # which ends with its effects
-    path = folder / "scene.yaml"
-    path.write_text(
-        "\n  ".join((shipped, *effects))
+    return (
+        "\n  ".join((scene, *effects))
         + f"""
 hand:
   shear_modulus: {hand.shear_modulus} Pa
   second_invariant: {hand.share}
   mount_prestretch: {hand.mount_prestretch} m
   conditioned: {{diameter: 60 mm, stretch: {STRETCHES[-1]} m, depth: 15 mm}}
-""",
-        encoding="utf-8",
+"""
     )
-    return path
 
 
-def _cell(folder: Path, hand: TrueHand) -> Path:
+def cell_with(folder: Path, hand: TrueHand) -> Path:
     """Return the simulated cell with the thickness of a drawn hand."""
     cell = yaml.safe_load((SCENES.parent / "cells" / "simulated.yaml").read_text("utf-8"))
     cell["hand"]["thickness"] = f"{hand.thickness} m"

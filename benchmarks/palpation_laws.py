@@ -1,6 +1,7 @@
 """Palpation of own objects of four kinds of force law: bias, error over stated deviation, answers, presses and robot seconds.
 
-    python benchmarks/palpation_laws.py [--objects 40] [--tree palpate_stiffness] [--hand drawn] [--set NAME=VALUE ...] [--keep FILE] [--workers 1]
+    python benchmarks/palpation_laws.py [--objects 40] [--tree palpate_stiffness] [--hand drawn] [--hands FOLDER]
+        [--set NAME=VALUE ...] [--keep FILE] [--workers 1]
 
 Each seed draws an object of a class: a spring, an elastic ball (Hertz, power 1.5), a gel (power 1.2 to 1.8, a tenth to a half harder to a
 sudden push, where the shipped pudding is 0.29 harder) or one of the four balloons,
@@ -9,9 +10,13 @@ shipped scenes of balloons switch on. `--hand` chooses the force model's knowled
 
     shipped  the shipped model, which states a deviation for any hand, and is not off in the twin
     known    the same hand, without doubt about it
-    drawn    a hand that differs from the twin's by the shipped model's stated deviation, another one for each object; the arm stands off by 0.05 mm
+    drawn    a hand that differs from the twin's by the shipped model's stated deviation, another one for each object
+    measured hands that `python -m benchmarks.force_hands FOLDER` has pressed, with friction, softening, weight and bending, each known by a
+             characterisation of it alone, with its noise; needs --hands FOLDER
 
-Only with `drawn` does the twin hold all that a stated deviation counts. Errors of `stiffness` are against the scene's truth at the same
+But for `shipped` the arm stands off by the 0.05 mm that are stated of it.
+
+Errors of `stiffness` are against the scene's truth at the same
 instant, errors at 1.5 mm against the object's own law. --protocol before takes the prior and the last press of earlier versions.
 """
 
@@ -27,7 +32,9 @@ from typing import Any
 
 import numpy as np
 from kept import kept
+from palpation_hands import cell_with, model_by, scene_with
 
+from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.accuracy.palpation.palpated import PalpationTruth
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.runtime.runner import Runner
@@ -37,7 +44,7 @@ from stretch_bt.simulation.objects.soft_sphere import SoftSphereObject
 from stretch_bt.simulation.scene import load_scene
 
 KINDS = ("spring", "hertz", "gel", "balloon")
-HANDS = ("shipped", "known", "drawn")
+HANDS = ("shipped", "known", "drawn", "measured")
 SOFTEST, STIFFEST = 0.15, 1.2  # N/mm at 1.5 mm: from the paper's air to its seeds
 #: kPa, range drawn from for each fill: about the shipped scene's pressure, so that each is a fifth off at most
 PRESSURES = {"air": (1.6, 2.5), "water": (3.2, 5.0), "pudding": (3.2, 5.0), "seeds": (3.2, 5.0)}
@@ -65,6 +72,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
     parser.add_argument("--tree", default="palpate_stiffness")
     parser.add_argument("--hand", default="drawn", choices=HANDS)
+    parser.add_argument("--hands", type=Path, help="folder of measured hands")
     parser.add_argument("--protocol", default="now", choices=("now", "before"))
     parser.add_argument("--set", nargs="*", default=[], help="params of the tree, NAME=VALUE")
     parser.add_argument(
@@ -77,8 +85,17 @@ def main() -> None:
         of_it = ("last_deflection", "early_settle", "settle", "touches", "touch_frames")
         before = {name: value for name, value in before.items() if name not in of_it}
     extra = {**before, **dict(pair.split("=", 1) for pair in given.set)}
+    if (given.hand == "measured") != (given.hands is not None):
+        parser.error("--hand measured and --hands FOLDER go together")
+    hands = sorted(given.hands.glob("hand_*.npz")) if given.hands else []
+    if given.hands and not hands:
+        parser.error(f"{given.hands} holds no hand: make some by `python -m benchmarks.force_hands {given.hands}`")
     seeds = range(given.first, given.first + given.objects)
-    calls = [(kind, seed, given.tree, given.hand, extra) for seed in seeds for kind in given.kinds]
+    calls = [
+        (kind, seed, given.tree, hands[seed % len(hands)] if hands else given.hand, extra)
+        for seed in seeds
+        for kind in given.kinds
+    ]
     report([row for _, row in kept(palpated, calls, given.keep, given.workers)], given.kinds)
 
 
@@ -99,20 +116,28 @@ def drawn_object(kind: str, seed: int) -> str:
     )
 
 
-def scene_of(kind: str, seed: int, hand: str) -> str:
+def scene_of(kind: str, seed: int, hand: str | Path) -> str:
     """Return the scene of an object, with what the shipped scenes of balloons switch on."""
     effects = "".join(f"\n  {name}: on" for name in BENCH)
-    arm = f"\n  repeatability: {{sd: {ARM_SD}}}" if hand == "drawn" else ""
-    return (
+    arm = f"\n  repeatability: {{sd: {ARM_SD}}}" if hand in ("known", "drawn") else ""
+    scene = (
         f"format: stretch-scene/1\nobject: {drawn_object(kind, seed)}\n"
         "tolerance: {stiffness: 5 %, height: 0.3 mm}\n"
         "conditions: {stretch: 0 mm, depth: 15 mm, hold: 0.5 s, presses: 10, frames: 8}\n"
-        f"effects:{effects}{arm}\n"
+        f"effects:{effects}{arm}"
     )
+    return scene + "\n" if isinstance(hand, str) else scene_with(scene, true_hand(hand))
 
 
-def model_of(hand: str, seed: int, folder: Path) -> str:
-    """Return the force model of a run: the shipped one, or a file of one made from it."""
+def true_hand(hand: Path) -> TrueHand:
+    """Return the hand whose forces a file holds."""
+    return TrueHand.drawn(int(hand.stem[-3:]))
+
+
+def model_of(hand: str | Path, seed: int, folder: Path) -> str:
+    """Return the force model of a run: the shipped one, or a file of one made from it or by a characterisation."""
+    if isinstance(hand, Path):
+        return model_by(folder, hand, seed)
     if hand == "shipped":
         return "membrane"
     model = json.loads((files("stretch_bt") / "model" / "data" / "default_membrane.json").read_text("utf-8"))
@@ -129,7 +154,7 @@ def model_of(hand: str, seed: int, folder: Path) -> str:
     return str(path)
 
 
-def palpated(kind: str, seed: int, tree: str, hand: str, params: dict[str, Any]) -> dict[str, Any]:
+def palpated(kind: str, seed: int, tree: str, hand: str | Path, params: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers of a run on an own object."""
     notes: list[PalpationTruth] = []
     with tempfile.TemporaryDirectory() as name:
@@ -143,8 +168,9 @@ def palpated(kind: str, seed: int, tree: str, hand: str, params: dict[str, Any])
             notes.append(PalpationTruth(runner, spec.top))
             runner.watchers.append(notes[0])
 
+        cell = {} if isinstance(hand, str) else {"cell": cell_with(folder, true_hand(hand))}
         given = {**params, "model": model_of(hand, seed, folder)}
-        result = run(tree, watch=watch, scene=scene, seed=seed, params=given, out=folder / "record")
+        result = run(tree, watch=watch, scene=scene, seed=seed, params=given, out=folder / "record", **cell)
     row: dict[str, Any] = {"kind": kind, "seed": seed, "status": result.status, "reason": result.reason}
     if result.status != "SUCCESS":
         return row

@@ -15,8 +15,8 @@ FAR = 30.0  # standard deviations: what a normal distribution leaves farther out
 EVENLY = math.sqrt(12.0)  # of a range, over the standard deviation of what lies anywhere in it
 
 
-def perhaps_above(seen: Estimate, most: float, odds: float = 1.0) -> Estimate:
-    """Return the quantity that is 0 or, by such odds before it is seen, anything from 0 to `most` as likely."""
+def perhaps_above(seen: Estimate, most: float) -> Estimate:
+    """Return the quantity that is 0 or, as likely before it is seen, anything from 0 to `most`."""
     sd, most = max(seen.sd, LEAST_SD), max(most, LEAST_SD)
     low, high = -seen.value / sd, (most - seen.value) / sd  # of a normal distribution that is cut at 0 and at `most`
     if low > FAR:
@@ -28,7 +28,7 @@ def perhaps_above(seen: Estimate, most: float, odds: float = 1.0) -> Estimate:
     variance = 1.0 + (low * _density(low) - high * _density(high)) / within - off * off
     there = Estimate(min(max(seen.value + sd * off, 0.0), most), min(sd * math.sqrt(max(variance, 0.0)), most / EVENLY))
     likelier = math.sqrt(2.0 * math.pi) * within * math.exp(min(0.5 * low * low, SURELY))
-    return either(odds * likelier * sd / most, there, Estimate(0.0, 0.0))
+    return either(likelier * sd / most, there, Estimate(0.0, 0.0))
 
 
 def _density(t: float) -> float:

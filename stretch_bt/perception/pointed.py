@@ -15,14 +15,16 @@ from stretch_bt.units import Estimate
 if TYPE_CHECKING:
     from stretch_bt.perception.top import Points
 
-__all__ = ["LEAST_FALL", "TIPS", "of_tip", "tip_above", "tip_odds"]
+__all__ = ["FAINT_SHARPNESS", "LEAST_FALL", "TIPS", "of_tip", "tip_above", "tip_odds"]
 
 Array = npt.NDArray[np.float64]
 
-# height of a tip above the vertex of the quadratic through it, as a share of how far that falls within its disc, and its standard deviation: 0.33
-# of a cone, less of a blunt one, more where the disc holds skirt
-SHARPNESS, SHARPNESS_SD = 0.25, 0.2
-TIPS = 0.5  # how many tips are pressed for each round top: with 0.1, cones under shared noise were off by two stated deviations
+# height of a tip above the vertex of the quadratic through it, as a share of how far that falls within its disc: 0.33 of a cone, less of a
+# blunt one, more where the disc holds skirt
+SHARPNESS = Estimate(0.25, 0.2)
+# where the fall is lost in the noise, of what is seen of it: noise that made the contact made it flat
+FAINT_SHARPNESS = Estimate(0.5, 0.3)
+TIPS = 1.0  # how many tips are pressed for each round top: with 0.5, cones under shared noise were off by 1.6 stated deviations
 LEAST_FALL = 1e-9  # m
 
 
@@ -48,16 +50,16 @@ def tip_above(design: Array, q: Array, left: Array, sd: float, vertex: Array, po
     return Estimate(-slope * above, math.hypot(slope_sd * above, points.step_error(sd)))  # terraces look like tips
 
 
-def tip_odds(tip: Estimate, fall: float, before: float) -> float:
+def tip_odds(tip: Estimate, fall: float, before: float, sharpness: Estimate = SHARPNESS) -> float:
     """Return how many times likelier a top is a tip than round, by the tip, m, that a disc shows, the disc's fall, m, and the odds before."""
-    return before * odds_about(tip, _usual(fall))
+    return before * odds_about(tip, _usual(fall, sharpness))
 
 
-def of_tip(tip: Estimate, fall: float) -> Estimate:
+def of_tip(tip: Estimate, fall: float, sharpness: Estimate = SHARPNESS) -> Estimate:
     """Return how far a tip stands above the vertex, m, where the top is one; `tip` and `fall` as in `tip_odds`."""
-    return weighed(tip, _usual(fall))
+    return weighed(tip, _usual(fall, sharpness))
 
 
-def _usual(fall: float) -> Estimate:
+def _usual(fall: float, sharpness: Estimate) -> Estimate:
     fall = max(fall, LEAST_FALL)
-    return Estimate(SHARPNESS * fall, SHARPNESS_SD * fall)
+    return Estimate(sharpness.value * fall, sharpness.sd * fall)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.perhaps import either, perhaps_above
-from stretch_bt.perception.pointed import LEAST_FALL, TIPS, of_tip, tip_odds
+from stretch_bt.perception.pointed import FAINT_SHARPNESS, TIPS, of_tip, tip_odds
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.steps import shared_step
 from stretch_bt.perception.top import Points, Top, disc_of, settled
@@ -23,9 +23,9 @@ RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim 
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
-# A top that is not clearly curved falls, within RIM, by at most DEEPEST of its depth. It is as likely flat as to fall by up to CLEAREST standard
-# deviations of the fall that is seen. Noise chooses the contact, so that the fall varies more: by VARIED times its standard deviation.
-DEEPEST, CLEAREST, VARIED = 0.6, 4.0, 1.15
+# A top that is not clearly curved is as likely flat as to fall, within RIM, by anything up to DEEPEST of its depth. Noise chooses the contact, so
+# that the fall varies more than the noise in it: by VARIED times its standard deviation.
+DEEPEST, VARIED = 0.6, 1.5
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation
 AS_SHARP = 1.0  # odds that a tip is as sharp as a wide disc says, where no fine one shows it
@@ -139,10 +139,9 @@ def _faint(top: Top, flat: Estimate, odds: float) -> Estimate:
     Taken for flat, a faint cap comes out too low by half its sag, and a faint cone by more.
     """
     sag = Estimate(top.sag.value, VARIED * top.sag.sd)
-    most = DEEPEST * abs(flat.value)
-    likely = perhaps_above(sag, most, max(most / max(CLEAREST * sag.sd, LEAST_FALL), 1.0))
-    seen = top.tip(0.0)
-    tip = either(tip_odds(seen, likely.value, odds), of_tip(seen, likely.value), Estimate(0.0, 0.0))
+    likely, seen = perhaps_above(sag, DEEPEST * abs(flat.value)), top.tip(0.0)
+    sharp = of_tip(seen, likely.value, FAINT_SHARPNESS)
+    tip = either(tip_odds(seen, likely.value, odds, FAINT_SHARPNESS), sharp, Estimate(0.0, 0.0))
     return Estimate(flat.value + 0.5 * likely.value + tip.value, math.hypot(flat.sd, 0.5 * likely.sd, tip.sd))
 
 
