@@ -44,7 +44,7 @@ CAMERA, DISTANCE = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333), 0.2
 PITCH, WIDE, LONG = 0.5e-3, 0.045, 0.058  # m; of the grid, half the width, half the length
 FILLET = 1e-3  # m
 TIPS = (0.5e-3, 6e-3)  # m, radii of the balls of tips
-POOL = 12  # surfaces of each shape
+POOL = 48  # surfaces of each shape
 LEAST_DEPTH = 1e-3  # m; below it a refusal does not count
 
 

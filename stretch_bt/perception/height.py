@@ -144,8 +144,7 @@ def _highest(
     if face.height is not None:
         return face.height
     top = _highest_part(points, valid, touching, noise, others, curvature, tops)
-    alone = len(tops) == 1 and top == tops[0].height  # a higher part, or two bodies, make a plane that is no face's
-    return face.of(top if curved or (lean.is_hidden and not alone) else lean.of(top))
+    return face.of(top if curved and not lean.is_hidden else lean.of(top))
 
 
 def _highest_part(
