@@ -37,6 +37,9 @@ def rooms() -> dict[str, Depth]:
     x, y = (u - LENS.cx) / LENS.fx, (v - LENS.cy) / LENS.fy
     wall = np.full(x.shape, 0.9)
     ball = 0.45 - np.sqrt(np.maximum(0.1**2 - (0.45 * x) ** 2 - (0.45 * y) ** 2, 0.0))
+    on_table = 0.28 / (1.0 + x * x + y * y)  # of the middle of a ball of 40 mm that lies on a table at 0.3 m
+    on_ball = on_table**2 * (1.0 + x * x + y * y) - 0.28**2 + 0.02**2
+    head = 0.09 * np.sqrt(np.maximum(1.0 - (0.5 * x / 0.075) ** 2 - (0.5 * y / 0.11) ** 2, 0.0))
     fingers = (np.abs(np.mod(0.4 * x, 0.022) - 0.011) < 0.007) & (np.abs(0.4 * x) < 0.044) & (0.4 * y < 0.05)
     return {
         "wall": wall,
@@ -46,6 +49,11 @@ def rooms() -> dict[str, Depth]:
         "hand before a wall": np.where(fingers | (np.hypot(0.4 * x, 0.4 * y - 0.05) < 0.045), 0.4, 0.7),
         "hand before nothing": np.where(fingers | (np.hypot(0.4 * x, 0.4 * y - 0.05) < 0.045), 0.4, 0.0),
         "ball before a wall": np.where(np.hypot(x, y) < 0.1 / 0.45, ball, 0.8),
+        "ball on a table": np.where(
+            on_ball > 0.0, on_table - np.sqrt(np.maximum(on_ball, 0.0) / (1.0 + x * x + y * y)), 0.3
+        ),
+        "block on a table": 0.3 - 0.03 * ((np.abs(0.27 * x) < 0.02) & (np.abs(0.27 * y) < 0.02)),
+        "head before a wall": np.where(head > 0.0, 0.5 - head, 0.8),
         "ball before nothing": np.where(np.hypot(x, y) < 0.1 / 0.45, ball, 0.0),
     }
 

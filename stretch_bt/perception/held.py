@@ -1,4 +1,4 @@
-"""How a held membrane differs from a room: it stands in its plane at the ends that hold it, and nowhere far behind it."""
+"""How a held membrane differs from a room: it stands in its plane at the ends that hold it, nowhere far behind or before it, and is whole."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.regions import opened, valid_box
+from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.surface import Cleaned, Surface
 from stretch_bt.perception.types import MaskArray
 
@@ -19,6 +20,10 @@ END = 0.1  # share of the length seen: how far the median of an end may stand of
 STRIP = 0.05  # share of the length seen that counts as its end
 BEHIND = 0.1  # share of the length seen: how far a membrane hangs behind its plane at most
 FEW = 0.1  # share of the pixels that may lie farther behind, beside single ones that fly
+HIGHEST = 0.7  # share of the length seen: how far a membrane stands before its plane at most
+# A slope that no membrane has over so many pixels: presses 30 mm deep have 4. Noise may be as steep: m, and medians of all steps, beyond it.
+STEEP, APART, LEAST_STEP, BY_CHANCE = 6.0, 3, 5e-3, 10.0
+TORN = 30  # steps on every second line, at least: a clear edge is some 20 pixels long
 SHORTEST = 0.06  # m: where less of a membrane is seen, all of it may be lifted
 LEAST = 8  # fewest bins along each side that show ends
 
@@ -29,6 +34,7 @@ def check_held(cleaned: Cleaned, surface: Surface) -> None:
     """Raise IllConditioned unless points in the membrane frame may belong to a membrane held in the plane z = 0.
 
     Either the first and last rows or the first and last columns must stand near the plane; a side that an object lifts may leave it.
+    A step from the surface to what lies far behind it is a side's; any other step is an edge of an object that no membrane covers.
     `surface` is the surface of the cleaned points, which lack points far behind.
     """
     box = valid_box(surface.valid)
@@ -43,6 +49,18 @@ def check_held(cleaned: Cleaned, surface: Surface) -> None:
         raise IllConditioned(
             f"this is no membrane: {100 * behind:.1f} % of the surface seen lies more than {1e3 * BEHIND * length:.0f} mm behind the plane of the"
             " flat membrane; look where the camera points, correct `plane_distance`, and leave out what is not the membrane (`mask_membrane`)"
+        )
+    highest = float(np.max(height, where=seen, initial=0.0))
+    if highest > HIGHEST * length:
+        raise IllConditioned(
+            f"this is no membrane, or none in its plane: the surface seen, {1e3 * length:.0f} mm long, rises {1e3 * highest:.0f} mm above the plane"
+            " of the flat membrane; look where the camera points, and correct `plane_distance`"
+        )
+    steps = _steps(cleaned, -BEHIND * length)
+    if steps.size >= TORN:
+        raise IllConditioned(
+            f"this is no membrane: the surface seen has edges where it falls by {1e3 * float(np.median(steps)):.0f} mm from one pixel to the next;"
+            " look where the camera points, and leave out what is not the membrane (`mask_membrane`)"
         )
     off = min(_off(height, seen), _off(height.T, seen.T), key=abs)
     if abs(off) > END * length:
@@ -59,6 +77,28 @@ def _share_behind(cleaned: Cleaned, far: float) -> float:
     behind: MaskArray = cleaned.seen & (z < -far)
     seen = int(np.count_nonzero(cleaned.seen))
     return int(np.count_nonzero(opened(behind))) / seen if behind.any() else 0.0
+
+
+def _steps(cleaned: Cleaned, behind: float) -> Image:
+    """Return the steps (n,), m, between pixels so close that no membrane has them, but for those to what lies `behind`, m."""
+    least = max(STEEP * APART * cleaned.pitch, LEAST_STEP)
+    return np.concatenate([_steps_down(z, seen, least, behind - cleaned.level) for z, seen in _both_ways(cleaned)])
+
+
+def _both_ways(cleaned: Cleaned) -> list[tuple[Image, MaskArray]]:
+    """Return every second column, and every second row as a column."""
+    z, seen = cleaned.height, cleaned.valid
+    return [(z[:, ::2], seen[:, ::2]), (z[::2].T, seen[::2].T)]
+
+
+def _steps_down(z: Image, seen: MaskArray, least: float, behind: float) -> Image:
+    """Return the steps (n,), m, down the columns of an image (h, w)."""
+    step, both = np.abs(z[APART:] - z[:-APART]), seen[APART:] & seen[:-APART]
+    torn = both & (step > np.float32(least))
+    if not torn.any():
+        return step[:0, 0]
+    far = np.float32(BY_CHANCE * quantile(sample(step, both)))
+    return step[torn & (step > far) & (np.minimum(z[APART:], z[:-APART]) > np.float32(behind))]
 
 
 def _off(height: Image, seen: MaskArray) -> float:

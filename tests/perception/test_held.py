@@ -31,6 +31,11 @@ def cut(frame, distance, size):
         ("wall", 0.2, 0.1),
         ("steps", 0.3, None),
         ("corner", 0.5, 0.1),
+        ("ball on a table", 0.3, None),
+        ("ball on a table", 0.3, 0.1),
+        ("block on a table", 0.3, None),
+        ("block on a table", 0.3, 0.1),
+        ("head before a wall", 0.8, None),
     ],
 )
 def test_a_room_is_no_membrane(name, distance, size):
