@@ -84,6 +84,7 @@ def _errors(layout: Layout, nodes: int, force: Array, more: RigidForce, pierced:
         (across, float(added[2]) / along),
         face=layout.face,
         tilted=layout.load.tilt != (0.0, 0.0),
+        overhang=pierced,
     )
     error = math.hypot(relative * along, float(more.withheld[2]))
     return error, math.hypot(side * along, *more.withheld[:2].tolist())

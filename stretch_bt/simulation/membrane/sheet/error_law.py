@@ -23,6 +23,7 @@ _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
 _WITH_FRICTION = 0.002
 _SIDE_ADDED, _SIDE_ADDED_FLAT, _SIDE = 1.5, 0.3, 0.03
+_SIDE_OVERHANG = 0.5  # over the part of the depth that a tip stands out: elements hold it to one side of where it is
 _SIDE_FLAT, _SIDE_TILTED = 0.012, 0.03  # how far a rim, and one that the indenter stands on, spoils the force across
 
 
@@ -94,7 +95,9 @@ def relative_error(
     )
 
 
-def side_error(relative: float, sideways: float, added: tuple[float, float], *, face: float, tilted: bool) -> float:
+def side_error(
+    relative: float, sideways: float, added: tuple[float, float], *, face: float, tilted: bool, overhang: float = 0.0
+) -> float:
     """Return the standard deviation of the error of either force across, over the force along z.
 
     Parameters
@@ -109,7 +112,9 @@ def side_error(relative: float, sideways: float, added: tuple[float, float], *, 
         How far the indenter is one with a face and rim, 1, or a round tip, 0.
     tilted
         Whether it is tilted: one with a rim then stands on it.
+    overhang
+        How far a tip stands out of the sheet, over the depth.
     """
     rim = face * (_SIDE_TILTED if tilted else _SIDE_FLAT)
     along = math.hypot((0.6 + 0.4 * face) * relative, _SIDE_ADDED_FLAT * face * added[1])
-    return math.hypot(along, _SIDE * sideways, _SIDE_ADDED * added[0], rim)
+    return math.hypot(along, _SIDE * sideways, _SIDE_ADDED * added[0], rim, _SIDE_OVERHANG * overhang)

@@ -52,7 +52,7 @@ class Settings:
 
         `error` bounds the relative error of the force under spheres, at depths of 3 mm and more and stretches of 10 mm
         and more; the measure is a mesh of 0.5 mm. It does not bound how two presses differ: in steps of 0.01 mm the force of
-        the coarsest settings may fall by 0.3 % as the depth grows.
+        the coarsest settings may fall by 0.6 % as the depth grows.
         """
         for reached, (coarsen, growth, corrected) in _WITHIN.items():
             if error >= reached:
