@@ -168,9 +168,9 @@ def palpated(kind: str, seed: int, tree: str, hand: str | Path, params: dict[str
             notes.append(PalpationTruth(runner, spec.top))
             runner.watchers.append(notes[0])
 
-        cell = {} if isinstance(hand, str) else {"cell": cell_with(folder, true_hand(hand))}
+        cell = None if isinstance(hand, str) else cell_with(folder, true_hand(hand))
         given = {**params, "model": model_of(hand, seed, folder)}
-        result = run(tree, watch=watch, scene=scene, seed=seed, params=given, out=folder / "record", **cell)
+        result = run(tree, watch=watch, scene=scene, seed=seed, params=given, out=folder / "record", cell=cell)
     row: dict[str, Any] = {"kind": kind, "seed": seed, "status": result.status, "reason": result.reason}
     if result.status != "SUCCESS":
         return row

@@ -1,10 +1,19 @@
-"""Which kinds of device measure a quantity that a scene knows."""
+"""The quantities that every scene knows, or an object that is shipped, and which kinds of device measure one."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
-__all__ = ["measured_by"]
+__all__ = ["QUANTITIES", "measured_by"]
+
+#: the kind of each, as in `stretch_bt.units.KINDS`; own objects know more
+QUANTITIES = {
+    "force": "Force",
+    "stiffness": "Stiffness",
+    "yield_stress": "Pressure",
+    **dict.fromkeys(("deflection", "stretch", "depth", "height", "contact_height"), "Length"),
+    **dict.fromkeys(("length", "width", "radius", "side", "span"), "Length"),
+}
 
 _CAMERA = frozenset({"DepthCamera"})
 _OTHERS = {

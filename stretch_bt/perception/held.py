@@ -95,10 +95,11 @@ def _steps_down(z: Image, seen: MaskArray, least: float, behind: float) -> Image
     """Return the steps (n,), m, down the columns of an image (h, w)."""
     step, both = np.abs(z[APART:] - z[:-APART]), seen[APART:] & seen[:-APART]
     torn = both & (step > np.float32(least))
-    if not torn.any():
-        return step[:0, 0]
-    far = np.float32(BY_CHANCE * quantile(sample(step, both)))
-    return step[torn & (step > far) & (np.minimum(z[APART:], z[:-APART]) > np.float32(behind))]
+    if torn.any():
+        torn &= (step > np.float32(BY_CHANCE * quantile(sample(step, both)))) & (
+            np.minimum(z[APART:], z[:-APART]) > np.float32(behind)
+        )
+    return np.asarray(step[torn])
 
 
 def _off(height: Image, seen: MaskArray) -> float:

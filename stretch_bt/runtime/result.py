@@ -99,7 +99,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         errors=outcome.errors,
         broken=outcome.broken,
         unmet=unmet_of(task, outcome, visits.seen, seen),
-        notes=[*task.notes, *outcome.notes],
+        notes=[*task.notes, *truths.notes, *outcome.notes],
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),

@@ -9,6 +9,7 @@ from typing import Any
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.source import closest
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
@@ -21,6 +22,7 @@ from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
 
+MISSPELT = 0.8  # how like a quantity of the scene a truth is that is taken for a slip
 Known = Mapping[str, float]  # by the attribute of a value that it belongs to; of the value itself by ""
 
 
@@ -54,6 +56,7 @@ class Truths(Onlooker):
         }
         self.held: dict[str, _Found] = {}
         self.of_scene: dict[str, float] = {}
+        self.misspelt: dict[str, str] = {}
 
     @property
     def found(self) -> dict[str, float]:
@@ -68,6 +71,7 @@ class Truths(Onlooker):
         known: Known = {}
         if truths:
             known = {of: asked[name] for of, name in truths.items() if name in asked}
+            self._look_for_slips(path, truths, asked)
         elif copy is not None:
             known = self._passed_on(copy, value)
         self.held.pop(key, None)
@@ -75,6 +79,19 @@ class Truths(Onlooker):
             self.held[key] = _Found(value, known)
         if key in self.names:
             self.of_scene |= {name: asked[name] for name in self.own if name in asked}
+
+    @property
+    def notes(self) -> list[str]:
+        """What is likely misspelt: a truth that a port declares, and that the scene knows by another name."""
+        return [f"{path}: {slip}" for path, slip in self.misspelt.items()]
+
+    def _look_for_slips(self, path: str, truths: Mapping[str, str], asked: Known) -> None:
+        """Keep a note of each truth that a node declares and the scene nearly knows."""
+        for name in set(truths.values()) - asked.keys():
+            if path not in self.misspelt and (meant := closest(name, asked, MISSPELT)) is not None:
+                self.misspelt[path] = (
+                    f"the scene knows no {name!r}, which a port declares as its truth; did you mean {meant!r}?"
+                )
 
     def _declared(self, path: str, key: str) -> Mapping[str, str]:
         """Return the truths that the port declares which a node has just written, unless it says that they are not of this value."""

@@ -10,6 +10,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.limits import LIMITED
+from stretch_bt.hardware.measured_by import QUANTITIES
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
@@ -17,7 +18,7 @@ from stretch_bt.tree.declared_ports import RegistryError
 from stretch_bt.tree.node_info import snake_case
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
-from stretch_bt.units import Estimate
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["check_class", "check_constructor", "check_port", "port_types"]
 
@@ -85,11 +86,26 @@ def _check_limit(name: str, declared: Port) -> None:
 
 
 def _check_truth(name: str, declared: Port, type_: Type) -> None:
-    known = {"", *(attributes(type_.cls) if type_.family is Family.OBJECT and type_.cls is not None else ())}
-    for wrong in declared.truth.keys() - known:
-        hint = did_you_mean(wrong, sorted(known - {""})) or "write the attribute of the output that is compared"
+    of_object = attributes(type_.cls) if type_.family is Family.OBJECT and type_.cls is not None else {}
+    compared = {"": type_, **of_object}
+    for of, quantity in declared.truth.items():
+        if of not in compared:
+            hint = did_you_mean(of, sorted(of_object)) or "write the attribute of the output that is compared"
+            message = f"node {name!r}, port {declared.name!r}: its truth is of {of!r}, which it has not"
+            raise RegistryError(f"{message}; {hint}")
+        _check_kind(f"node {name!r}, port {declared.name!r}", of, compared[of], quantity)
+
+
+def _check_kind(where: str, of: str, type_: Type, quantity: str) -> None:
+    """Check that a value may be compared with a quantity of the scene."""
+    what = f"its {of!r}" if of else "it"
+    if not type_.is_number:
+        hint = "truth={'radius': 'radius'} compares an attribute" if type_.family is Family.OBJECT else "leave it out"
+        raise RegistryError(f"{where}: {what} is of type {type_}, and its truth {quantity!r} is a number; {hint}")
+    kind = QUANTITIES.get(quantity)
+    if kind is not None and type_.family is Family.QUANTITY and type_.dimension != KINDS[kind].dimension:
         raise RegistryError(
-            f"node {name!r}, port {declared.name!r}: its truth is of {wrong!r}, which it has not; {hint}"
+            f"{where}: {what} is of type {type_}, and its truth {quantity!r} is a {kind}; write the quantity that it is"
         )
 
 

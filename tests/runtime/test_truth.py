@@ -11,6 +11,7 @@ from stretch_bt.runtime.truth import Truths
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.tree import registry
 from stretch_bt.tree.ports import Behavior, In, Out, PortError, Status, port
+from stretch_bt.units import Curvature, Force, Length
 
 SCENES = sorted(p.name.removesuffix(".yaml") for p in (files("stretch_bt") / "trees" / "scenes").iterdir())
 
@@ -18,6 +19,11 @@ SCENES = sorted(p.name.removesuffix(".yaml") for p in (files("stretch_bt") / "tr
 @dataclasses.dataclass(frozen=True)
 class Ball:
     radius: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Round:
+    bend: Curvature
 
 
 class Looks(Behavior):
@@ -78,15 +84,31 @@ def test_only_outputs_have_truths_and_these_have_names(role, truth):
         type("Wrong", (Behavior,), {"__annotations__": {"x": role}, "x": port(truth=truth)})
 
 
-def test_an_attribute_that_an_output_has_not_is_refused(own_nodes):
-    with pytest.raises(registry.RegistryError, match="did you mean 'radius'"):
+@pytest.mark.parametrize(
+    ("role", "truth", "told"),
+    [
+        (Out[Ball], {"raduis": "radius"}, "did you mean 'radius'"),
+        (Out[Ball], "radius", "is of type Ball, and its truth 'radius' is a number"),
+        (Out[list[Length]], "height", "and its truth 'height' is a number; leave it out"),
+        (Out[str], "height", "is of type str"),
+        (Out[Force], "height", "is of type Force, and its truth 'height' is a Length"),
+        (Out[Round], {"bend": "radius"}, "its 'bend' is of type Curvature, and its truth 'radius' is a Length"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(own_nodes, role, truth, told):
+    with pytest.raises(registry.RegistryError, match=told):
         registry.node(
-            type(
-                "Wrong",
-                (Behavior,),
-                {"__doc__": "Look.", "__annotations__": {"x": Out[Ball]}, "x": port(truth={"raduis": "radius"})},
-            )
+            type("Wrong", (Behavior,), {"__doc__": "Look.", "__annotations__": {"x": role}, "x": port(truth=truth)})
         )
+
+
+@pytest.mark.parametrize(("known", "slips"), [("tops", 1), ("top", 0), ("stiffness", 0)])
+def test_a_truth_that_the_scene_nearly_knows_is_a_slip_and_one_that_it_lacks_is_none(bench, known, slips):
+    registry.node(Looks)
+    tree = bench.build("out: {out: float}\nsequence: [looks: {seen: $out}]", "")
+    truths = Truths(tree, lambda: {known: 1.0})
+    assert bench.run(tree, watchers=[truths]).status == "SUCCESS"
+    assert [note.partition("did you mean ")[2] for note in truths.notes] == slips * [f"{known!r}?"]
 
 
 def test_a_scene_knows_what_ports_are_compared_with():
