@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception.leaning import STEEPEST
 from stretch_bt.perception.leaning_face import BESIDE, MOST_CELLS, PAST, Around, Face, face_around
 from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.correlation import correlation_area
@@ -22,6 +23,7 @@ Array = npt.NDArray[np.float64]
 SPREAD = 0.55  # standard deviation of the places in a face along an axis, over half its length
 POWER = 4.0  # of the face's outline
 LEAST_CELLS = 20  # of a contact
+FOLDS = 0.6  # share of its height below which lies no face, but folds of a slack sheet that are labelled as contact, too
 BY_CHANCE = 2.0  # standard deviations of the height of a contact: of the slope of the membrane around times its radius
 LEANS = 2.0  # standard deviations of the slope of a contact beyond which it leans
 INNER = 0.7  # share of the radius of a contact that lies in the plane of its face
@@ -68,11 +70,11 @@ def _turned(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
     return (c, s), (s, c)
 
 
-def face_beside(cells: HeightCells) -> FaceBeside:
-    """Return the face that the membrane around a contact shows."""
+def face_beside(cells: HeightCells, top: float) -> FaceBeside:
+    """Return the face that the membrane around a contact shows, whose top is at a height, m."""
     import cv2
 
-    there = cells.valid & (cells.touching > 0.5)
+    there = cells.valid & (cells.touching > 0.5) & (cells.height > FOLDS * top)
     n = int(np.count_nonzero(there))
     if n < LEAST_CELLS:
         return NO_LEAN
@@ -89,7 +91,8 @@ def face_beside(cells: HeightCells) -> FaceBeside:
     some = places[near][:: -(-int(np.count_nonzero(near)) // MOST_CELLS)]
     face, askew = face_around(some - [contact[0], contact[1], 0.0], around, BY_CHANCE * sd)
     if face is None:
-        return FaceBeside(None, askew) if float(np.hypot(*slopes)) > LEANS * slope_sd else NO_LEAN
+        leans = LEANS * slope_sd < float(np.hypot(*slopes)) < STEEPEST  # a steeper contact holds skirt on one side
+        return FaceBeside(None, askew) if leans else NO_LEAN
     return FaceBeside(Face(face.height, face.slopes, face.middle + contact[:2], face.half, face.turn), 0.0)
 
 

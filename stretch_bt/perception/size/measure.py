@@ -111,8 +111,9 @@ def measure_contact(
     cells = cells_of(points, labels)
     context = Context(stretch, fillet, fillet_sd, prior or shipped_prior())
     names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
-    found = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
-    beside = face_beside(cells)
+    start = start_of(cells)
+    found = choose(names, cells, start, context, noise=(noise or 0.0) / 3.0)
+    beside = face_beside(cells, start.top)
     found = _of_face(found, beside, names, cells, context, (noise or 0.0) / 3.0)
     shape, fit = found.shape, found.fit
     size = shape.measure(fit.q, fit.covariance)
