@@ -53,6 +53,7 @@ def rooms() -> dict[str, Depth]:
             on_ball > 0.0, on_table - np.sqrt(np.maximum(on_ball, 0.0) / (1.0 + x * x + y * y)), 0.3
         ),
         "block on a table": 0.3 - 0.03 * ((np.abs(0.27 * x) < 0.02) & (np.abs(0.27 * y) < 0.02)),
+        "cone on a table": 0.3 - 0.1 * np.maximum(1.0 - np.hypot(0.25 * x, 0.25 * y) / 0.05, 0.0),
         "head before a wall": np.where(head > 0.0, 0.5 - head, 0.8),
         "ball before nothing": np.where(np.hypot(x, y) < 0.1 / 0.45, ball, 0.0),
     }

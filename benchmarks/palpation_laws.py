@@ -14,10 +14,9 @@ shipped scenes of balloons switch on. `--hand` chooses the force model's knowled
     measured hands that `python -m benchmarks.force_hands FOLDER` has pressed, with friction, softening, weight and bending, each known by a
              characterisation of it alone, with its noise; needs --hands FOLDER
 
-But for `shipped` the arm stands off by the 0.05 mm that are stated of it.
-
-Errors of `stiffness` are against the scene's truth at the same
-instant, errors at 1.5 mm against the object's own law. --protocol before takes the prior and the last press of earlier versions.
+Except with `shipped`, the arm misses its place by a random error of 0.05 mm, as is stated of it. Errors of `stiffness` are against the
+scene's truth at the same instant, errors at 1.5 mm against the object's own law. --protocol before takes the prior and the last press of
+earlier versions.
 """
 
 from __future__ import annotations

@@ -6,13 +6,13 @@ from collections.abc import Collection
 
 __all__ = ["QUANTITIES", "measured_by"]
 
-#: the kind of each, as in `stretch_bt.units.KINDS`; own objects know more
+#: the kind of each, as in `stretch_bt.units.KINDS`; own objects and scenes know more
 QUANTITIES = {
     "force": "Force",
     "stiffness": "Stiffness",
     "yield_stress": "Pressure",
     **dict.fromkeys(("deflection", "stretch", "depth", "height", "contact_height"), "Length"),
-    **dict.fromkeys(("length", "width", "radius", "side", "span"), "Length"),
+    **dict.fromkeys(("length", "width", "radius", "side", "span", "radius_1", "radius_2", "radius_3"), "Length"),
 }
 
 _CAMERA = frozenset({"DepthCamera"})

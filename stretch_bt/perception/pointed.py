@@ -22,8 +22,8 @@ Array = npt.NDArray[np.float64]
 # height of a tip above the vertex of the quadratic through it, as a share of how far that falls within its disc: 0.33 of a cone, less of a
 # blunt one, more where the disc holds skirt
 SHARPNESS = Estimate(0.25, 0.2)
-# above the mean over the disc and half its fall, where that is lost in the noise: 0 of caps, 0.1 of balls, 0.4 of cones and 0.6 of tips, whose
-# contact, as noise makes it, holds skirt
+# the same where the fall is lost in the noise: 0 for caps, 0.1 for balls, 0.4 for cones, and 0.6 for tips, since noise makes their contact so wide
+# that it holds skirt
 FAINT_SHARPNESS = Estimate(0.5, 0.3)
 TIPS = 1.0  # how many tips are pressed for each round top: with half as many, cones under shared noise were off by 1.4 stated deviations
 LEAST_FALL = 1e-9  # m

@@ -90,7 +90,7 @@ def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretc
     ------
     IllConditioned
         Noise of the camera is taken for more places in contact than an object makes, or points in the membrane frame show no membrane:
-        their ends stand out of its plane, or some lie far behind it.
+        their ends stand out of its plane, or some lie far behind or before it or are parted from it by an edge.
     """
     return classify(points, valid, rule=rule, stretch=stretch).labels
 

@@ -23,8 +23,8 @@ RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim 
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
-# A top that is not clearly curved is as likely flat as to fall, within RIM, by anything up to DEEPEST of its depth. Tops of one fall stand above
-# their mean by more or less than its half, as if the fall were known VARIED times worse than it is: both by tops in five noises.
+# A top that is not clearly curved is as likely flat as to fall, within RIM, by anything up to DEEPEST of its depth. Tops with the same fall differ
+# in height, so that the deviation of the fall is multiplied by VARIED, fitted to tops in seven noises.
 DEEPEST, VARIED = 0.6, 1.5
 ROUGHLY = 0.4  # of the curvature by a disc that may hold skirt: its standard deviation
 BLUNT = 0.3  # share of a tip above the vertex of a wide disc, by which it may be blunter than a cone, one standard deviation

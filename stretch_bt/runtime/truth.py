@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stretch_bt.errors import NoAnswer
+from stretch_bt.hardware.measured_by import QUANTITIES
 from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.source import closest
 from stretch_bt.tree.behavior import Behavior
@@ -22,7 +23,9 @@ from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
 
-MISSPELT = 0.8  # how like a quantity of the scene a truth is that is taken for a slip
+MISSPELT = (
+    0.8  # least likeness, 0 to 1, to a quantity of the scene at which an unknown name is taken for a typing error
+)
 Known = Mapping[str, float]  # by the attribute of a value that it belongs to; of the value itself by ""
 
 
@@ -56,7 +59,7 @@ class Truths(Onlooker):
         }
         self.held: dict[str, _Found] = {}
         self.of_scene: dict[str, float] = {}
-        self.misspelt: dict[str, str] = {}
+        self.misspelt: dict[tuple[str, str], str] = {}
 
     @property
     def found(self) -> dict[str, float]:
@@ -83,15 +86,17 @@ class Truths(Onlooker):
     @property
     def notes(self) -> list[str]:
         """What is likely misspelt: a truth that a port declares, and that the scene knows by another name."""
-        return [f"{path}: {slip}" for path, slip in self.misspelt.items()]
+        return [
+            f"{path}: the scene knows no {name!r}, which a port declares as its truth; did you mean {meant!r}?"
+            for (path, name), meant in sorted(self.misspelt.items())
+        ]
 
     def _look_for_slips(self, path: str, truths: Mapping[str, str], asked: Known) -> None:
-        """Keep a note of each truth that a node declares and the scene nearly knows."""
-        for name in set(truths.values()) - asked.keys():
-            if path not in self.misspelt and (meant := closest(name, asked, MISSPELT)) is not None:
-                self.misspelt[path] = (
-                    f"the scene knows no {name!r}, which a port declares as its truth; did you mean {meant!r}?"
-                )
+        """Keep each truth that a node declares, that is of no shipped scene, and that this scene nearly knows."""
+        for name in set(truths.values()) - asked.keys() - QUANTITIES.keys():
+            meant = closest(name, asked, MISSPELT)
+            if meant is not None:
+                self.misspelt[path, name] = meant
 
     def _declared(self, path: str, key: str) -> Mapping[str, str]:
         """Return the truths that the port declares which a node has just written, unless it says that they are not of this value."""

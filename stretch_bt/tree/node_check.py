@@ -86,26 +86,34 @@ def _check_limit(name: str, declared: Port) -> None:
 
 
 def _check_truth(name: str, declared: Port, type_: Type) -> None:
-    of_object = attributes(type_.cls) if type_.family is Family.OBJECT and type_.cls is not None else {}
+    of_object = _attributes(type_)
     compared = {"": type_, **of_object}
     for of, quantity in declared.truth.items():
         if of not in compared:
-            hint = did_you_mean(of, sorted(of_object)) or "write the attribute of the output that is compared"
-            message = f"node {name!r}, port {declared.name!r}: its truth is of {of!r}, which it has not"
-            raise RegistryError(f"{message}; {hint}")
+            hint = did_you_mean(of, sorted(of_object)) if of_object else f"write truth={quantity!r}"
+            raise RegistryError(f"node {name!r}, port {declared.name!r}: the output has no attribute {of!r}; {hint}")
         _check_kind(f"node {name!r}, port {declared.name!r}", of, compared[of], quantity)
+
+
+def _attributes(type_: Type) -> Mapping[str, Type]:
+    return attributes(type_.cls) if type_.family is Family.OBJECT and type_.cls is not None else {}
 
 
 def _check_kind(where: str, of: str, type_: Type, quantity: str) -> None:
     """Check that a value may be compared with a quantity of the scene."""
-    what = f"its {of!r}" if of else "it"
+    what = f"its {of!r}" if of else "the port"
     if not type_.is_number:
-        hint = "truth={'radius': 'radius'} compares an attribute" if type_.family is Family.OBJECT else "leave it out"
-        raise RegistryError(f"{where}: {what} is of type {type_}, and its truth {quantity!r} is a number; {hint}")
+        numbers = [name for name, found in _attributes(type_).items() if found.is_number]
+        hint = (
+            f"write the attribute that is compared, as in truth={{{numbers[0]!r}: {quantity!r}}}"
+            if numbers
+            else "leave the truth out"
+        )
+        raise RegistryError(f"{where}: {what} is of type {type_}, but its truth {quantity!r} is a number; {hint}")
     kind = QUANTITIES.get(quantity)
     if kind is not None and type_.family is Family.QUANTITY and type_.dimension != KINDS[kind].dimension:
         raise RegistryError(
-            f"{where}: {what} is of type {type_}, and its truth {quantity!r} is a {kind}; write the quantity that it is"
+            f"{where}: {what} is a {type_}, but {quantity!r} is a {kind}; write the name of a quantity that is a {type_}"
         )
 
 

@@ -36,6 +36,7 @@ def cut(frame, distance, size):
         ("block on a table", 0.3, None),
         ("block on a table", 0.3, 0.1),
         ("head before a wall", 0.8, None),
+        ("cone on a table", 0.3, 0.1),
     ],
 )
 def test_a_room_is_no_membrane(name, distance, size):
@@ -60,6 +61,28 @@ def test_a_membrane_that_is_lifted_at_one_side_and_seen_by_a_wild_camera_stays_o
     raw = np.rint(seen / UNIT).astype(np.uint16)
     frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
     assert len(find_contact(frame).points) > 500
+
+
+@pytest.mark.parametrize("behind", [3e-3, 6e-3, 10e-3, 0.1])
+def test_a_table_beside_a_side_that_is_lifted_is_no_edge_of_an_object(surfaces, behind):
+    """Deep presses of low objects were refused: the side stood 5 mm and more above the table."""
+    depth = surfaces.render(surfaces.disc_press(14e-3, 20e-3), surfaces.camera())
+    depth[:8, 100:233] = surfaces.PLANE_DISTANCE + behind
+    seen = surfaces.noisy(depth, 0.3e-3, np.random.default_rng(0))
+    frame = DepthFrame(np.rint(seen / UNIT).astype(np.uint16), UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
+    assert len(find_contact(frame).points) > 3000
+
+
+def test_clumps_of_pixels_that_fly_and_heavy_noise_are_no_edges_of_objects(surfaces):
+    """Two clumps of 5 x 5 pixels were."""
+    depth = surfaces.render(surfaces.disc_press(14e-3, 20e-3), surfaces.camera())
+    for noise, clumps in ((0.3e-3, 3), (2e-3, 0)):
+        seen = surfaces.noisy(depth, noise, np.random.default_rng(0))
+        for place in range(clumps):
+            seen[40 + 50 * place : 48 + 50 * place, 60:68] -= np.float32(0.01)
+        raw = np.rint(seen / UNIT).astype(np.uint16)
+        frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
+        assert len(find_contact(frame).points) > 3000
 
 
 def test_a_table_past_the_sides_that_a_press_draws_in_is_none_of_the_membrane(surfaces):

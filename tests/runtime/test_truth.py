@@ -88,11 +88,12 @@ def test_only_outputs_have_truths_and_these_have_names(role, truth):
     ("role", "truth", "told"),
     [
         (Out[Ball], {"raduis": "radius"}, "did you mean 'radius'"),
-        (Out[Ball], "radius", "is of type Ball, and its truth 'radius' is a number"),
-        (Out[list[Length]], "height", "and its truth 'height' is a number; leave it out"),
+        (Out[Ball], "radius", "is of type Ball, but its truth 'radius' is a number; .* truth={'radius': 'radius'}"),
+        (Out[list[Length]], "height", "but its truth 'height' is a number; leave the truth out"),
         (Out[str], "height", "is of type str"),
-        (Out[Force], "height", "is of type Force, and its truth 'height' is a Length"),
-        (Out[Round], {"bend": "radius"}, "its 'bend' is of type Curvature, and its truth 'radius' is a Length"),
+        (Out[Length], {"radius": "radius"}, "no attribute 'radius'; write truth='radius'"),
+        (Out[Force], "height", "the port is a Force, but 'height' is a Length"),
+        (Out[Round], {"bend": "radius"}, "its 'bend' is a Curvature, but 'radius' is a Length"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(own_nodes, role, truth, told):
@@ -109,6 +110,22 @@ def test_a_truth_that_the_scene_nearly_knows_is_a_slip_and_one_that_it_lacks_is_
     truths = Truths(tree, lambda: {known: 1.0})
     assert bench.run(tree, watchers=[truths]).status == "SUCCESS"
     assert [note.partition("did you mean ")[2] for note in truths.notes] == slips * [f"{known!r}?"]
+
+
+def test_a_run_says_a_slip_and_none_where_the_scene_lacks_a_shipped_quantity(bench, own_nodes, tmp_path):
+    (tmp_path / "looking.py").write_text(
+        "from stretch_bt import Behavior, Out, Status, node, port\nfrom stretch_bt.units import Length\n"
+        '@node\nclass LookAt(Behavior):\n    """Look."""\n'
+        '    one: Out[Length] = port(truth="heigth")\n    two: Out[Length] = port(truth="radius_2")\n'
+        "    def update(self):\n        self.one = self.two = 1.0\n        return Status.SUCCESS\n"
+    )
+    head = "format: stretch-tree/1\nimports: {looking: looking}\nscene: water_balloon\ndevices: {camera: DepthCamera}\n"
+    body = "{out: {one: Length, two: Length}, sequence: [capture: {frame}, look_at: {one: $one, two: $two}]}"
+    (tmp_path / "tree.yaml").write_text(f"{head}trees: {{main: {body}}}\n")
+    notes = run(tmp_path / "tree.yaml", record="none").notes
+    assert [note.partition("the scene knows no ")[2] for note in notes if "knows no" in note] == [
+        "'heigth', which a port declares as its truth; did you mean 'height'?"
+    ]
 
 
 def test_a_scene_knows_what_ports_are_compared_with():

@@ -20,8 +20,8 @@ __all__ = ["Choice", "best_fit", "choose"]
 
 Array = npt.NDArray[np.float64]
 CLEARLY = 7.0  # least lead in log evidence, odds of 1000 to 1, of a shape over an earlier, simpler one
-# lead in log evidence that the simplest shape gets when rivals enter the stated error: with 3.5, ovals and blocks whose outline smooth noise hides
-# were up to 5 deviations off
+# bonus in log evidence of the simplest shape where the stated error counts that another shape may be right: with 3.5, ovals and blocks whose
+# outline smooth noise hides were up to 5 deviations off
 BELIEF = 1.0
 TRIES = 4  # starts, those that leave least
 

@@ -23,7 +23,9 @@ Array = npt.NDArray[np.float64]
 SPREAD = 0.55  # standard deviation of the places in a face along an axis, over half its length
 POWER = 4.0  # of the face's outline
 LEAST_CELLS = 20  # of a contact
-FOLDS = 0.6  # share of its height below which lies no face, but folds of a slack sheet that are labelled as contact, too
+FOLDS = (
+    0.6  # share of its height below which lies no face, but folds of a slack sheet that are labelled as contact, too
+)
 BY_CHANCE = 2.0  # standard deviations of the height of a contact: of the slope of the membrane around times its radius
 LEANS = 2.0  # standard deviations of the slope of a contact beyond which it leans
 INNER = 0.7  # share of the radius of a contact that lies in the plane of its face

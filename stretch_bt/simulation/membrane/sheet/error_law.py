@@ -23,7 +23,9 @@ _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
 _WITH_FRICTION = 0.002
 _SIDE_ADDED, _SIDE_ADDED_FLAT, _SIDE = 1.5, 0.3, 0.03
-_SIDE_OVERHANG = 0.5  # over the part of the depth that a tip stands out: elements hold it to one side of where it is
+_SIDE_OVERHANG = (
+    0.5  # over the part of the depth that a tip stands out: elements shift the contact to one side of the tip
+)
 _SIDE_FLAT, _SIDE_TILTED = 0.012, 0.03  # how far a rim, and one that the indenter stands on, spoils the force across
 
 
