@@ -63,7 +63,7 @@ def test_the_bend_of_a_membrane_is_no_noise_of_wide_pixels(shape, noise):
 
 
 def test_a_cone_whose_fall_is_lost_in_the_noise_is_no_flat_top():
-    """Off by 1.33 stated deviations, and by 1.8 where they look flat, when half as many tips were expected as round tops."""
+    """Off by 1.33 stated deviations, by 1.8 where they look flat, when tips were expected half as often, and as blunt as where the fall shows."""
     ratios = []
     for number in range(1000, 1096):
         surface = surface_of("analytic cone", number)

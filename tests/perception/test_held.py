@@ -73,16 +73,20 @@ def test_a_table_beside_a_side_that_is_lifted_is_no_edge_of_an_object(surfaces, 
     assert len(find_contact(frame).points) > 3000
 
 
-def test_clumps_of_pixels_that_fly_and_heavy_noise_are_no_edges_of_objects(surfaces):
-    """Two clumps of 5 x 5 pixels were."""
-    depth = surfaces.render(surfaces.disc_press(14e-3, 20e-3), surfaces.camera())
-    for noise, clumps in ((0.3e-3, 3), (2e-3, 0)):
-        seen = surfaces.noisy(depth, noise, np.random.default_rng(0))
-        for place in range(clumps):
-            seen[40 + 50 * place : 48 + 50 * place, 60:68] -= np.float32(0.01)
-        raw = np.rint(seen / UNIT).astype(np.uint16)
-        frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
-        assert len(find_contact(frame).points) > 3000
+@pytest.mark.parametrize(
+    ("noise", "lost", "clump", "camera"),
+    [(0.3e-3, 0.0, 8, ()), (0.3e-3, 0.0, 12, ()), (0.3e-3, 0.4, 12, ()), (2e-3, 0.0, 0, (430, 660, 950.0))],
+)
+def test_clumps_of_pixels_that_fly_and_heavy_noise_are_no_edges_of_objects(surfaces, noise, lost, clump, camera):
+    camera = surfaces.camera(*camera)
+    depth = surfaces.render(surfaces.disc_press(14e-3, 20e-3), camera)
+    seen = surfaces.noisy(depth, noise, np.random.default_rng(1))
+    for place in (40, 90, 140):
+        seen[place : place + clump, 60 : 60 + clump] -= np.float32(0.01)
+    seen[np.random.default_rng(10).random(seen.shape) < lost] = 0
+    raw = np.rint(np.maximum(seen, 0) / UNIT).astype(np.uint16)
+    frame = DepthFrame(raw, UNIT, camera, 0.0, 0, surfaces.PLANE_DISTANCE)
+    assert len(find_contact(frame).points) > 2000
 
 
 def test_a_table_past_the_sides_that_a_press_draws_in_is_none_of_the_membrane(surfaces):

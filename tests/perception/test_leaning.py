@@ -64,12 +64,13 @@ def test_noise_that_hides_how_far_a_face_reaches_is_stated():
     assert min(stated) > 0.2e-3
 
 
-@pytest.mark.parametrize("number", [41, 68])
-def test_the_high_side_of_a_face_whose_rest_noise_hides_states_the_lean(number):
-    """Taken for a higher top, it was 0.5 and 1.2 mm too high, 5 and 15 stated deviations."""
-    surface, _ = leaning("cylinder", 4, number)
+@pytest.mark.parametrize(("shape", "number"), [("cylinder", 41), ("cylinder", 68), ("box", 45)])
+def test_the_high_side_of_a_face_whose_rest_noise_hides_states_the_lean(shape, number):
+    """Taken for a higher or a round top, it was 0.5 to 2 mm too high at a stated 0.08 to 0.2 mm."""
+    surface, _ = leaning(shape, 4, number)
     top = height(seen(surface, NOISES["shared 0.3, 3 px"], np.random.default_rng((number - 24, 7))))
-    assert abs(top.value - surface.top) < 3 * top.sd < 5e-3
+    assert top.sd > 0.4e-3
+    assert abs(top.value - surface.top) < 4.5 * top.sd < 6e-3
 
 
 def test_an_ellipse_that_leans_is_no_rectangle_of_half_its_width():
