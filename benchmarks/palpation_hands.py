@@ -59,17 +59,27 @@ def main() -> None:
 
 def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:
     """Return the numbers of a run by a hand whose model knows a characterisation of it alone."""
-    index = int(hand.stem[-3:])
+    true = true_hand(hand)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        scene, cell = _scene(folder, balloon, TrueHand.drawn(index)), cell_with(folder, TrueHand.drawn(index))
+        scene, cell = _scene(folder, balloon, true), cell_with(folder, true)
         params, out = {"model": model_by(folder, hand, seed)}, folder / "record"
         result, seen = watched(balloon, tree, scene=scene, cell=cell, seed=seed, params=params, out=out)
-    row = {"seed": seed, "hand": index, "balloon": balloon, "status": result.status, "reason": result.reason}
+    row = {"seed": seed, "hand": hand_seed(hand), "balloon": balloon, "status": result.status, "reason": result.reason}
     if result.status != "SUCCESS":
         return row
     value = result.outputs["stiffness_at_drop"]["value"]
     return {**row, "figures": figures(result, seen, balloon), "at_drop": value, "cpu": result.cpu_seconds}
+
+
+def hand_seed(hand: Path) -> int:
+    """Return the seed of the hand whose forces a file holds."""
+    return int(hand.stem[-3:])
+
+
+def true_hand(hand: Path) -> TrueHand:
+    """Return the hand whose forces a file holds."""
+    return TrueHand.drawn(hand_seed(hand))
 
 
 def model_by(folder: Path, hand: Path, seed: int) -> str:

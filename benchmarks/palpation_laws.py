@@ -31,9 +31,8 @@ from typing import Any
 
 import numpy as np
 from kept import kept
-from palpation_hands import cell_with, model_by, scene_with
+from palpation_hands import cell_with, model_by, scene_with, true_hand
 
-from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.accuracy.palpation.palpated import PalpationTruth
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.runtime.runner import Runner
@@ -126,11 +125,6 @@ def scene_of(kind: str, seed: int, hand: str | Path) -> str:
         f"effects:{effects}{arm}"
     )
     return scene + "\n" if isinstance(hand, str) else scene_with(scene, true_hand(hand))
-
-
-def true_hand(hand: Path) -> TrueHand:
-    """Return the hand whose forces a file holds."""
-    return TrueHand.drawn(int(hand.stem[-3:]))
 
 
 def model_of(hand: str | Path, seed: int, folder: Path) -> str:

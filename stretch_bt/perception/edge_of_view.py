@@ -11,6 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.high_part import clearly_above, means_of, sd_of_mean
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.regions import closed
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -69,7 +70,7 @@ def _edge(seen: MaskArray) -> MaskArray:
     import cv2
 
     square = np.ones((HOLE, HOLE), dtype=np.uint8)
-    filled = cv2.morphologyEx(seen.view(np.uint8), cv2.MORPH_CLOSE, square)
+    filled = closed(seen, HOLE).view(np.uint8)
     unseen = 1 - np.asarray(cv2.morphologyEx(filled, cv2.MORPH_OPEN, square))
     _, numbers = cv2.connectedComponents(unseen)
     rim = np.concatenate([numbers[0], numbers[-1], numbers[:, 0], numbers[:, -1]])

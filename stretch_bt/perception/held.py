@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.regions import opened, valid_box
+from stretch_bt.perception.regions import closed, opened, valid_box
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.surface import Cleaned, Surface
 from stretch_bt.perception.types import MaskArray
@@ -91,9 +91,8 @@ def _apart(cleaned: Cleaned, beside: float) -> float | None:
     cut = _edges(cleaned)
     if not cut.any():
         return None
-    closed = cv2.morphologyEx(cleaned.valid.view(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSED, CLOSED), np.uint8))
-    whole = np.where(cut, np.uint8(0), np.asarray(closed, dtype=np.uint8))
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(whole, connectivity=4)
+    whole = closed(cleaned.valid, CLOSED) & ~cut
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(whole.view(np.uint8), connectivity=4)
     least = LEAST_AREA / cleaned.pitch**2
     for number in (n for n in range(1, count) if stats[n, cv2.CC_STAT_AREA] > least):
         part: MaskArray = cleaned.valid & (np.asarray(parts) == number)
@@ -107,9 +106,9 @@ def _is_held(cleaned: Cleaned, part: MaskArray, beside: float) -> bool:
     """Whether a part stands beside the plane at an end of the view, or is cut off at one side."""
     strip = max(2, round(STRIP * max(part.shape)))
     near: MaskArray = part & (np.abs(cleaned.height + np.float32(cleaned.level)) < beside)
-    rims = [(m[:strip].any(), m[-strip:].any(), m[:, :strip].any(), m[:, -strip:].any()) for m in (near, part)]
-    top, bottom, left, right = rims[1]
-    return bool(any(rims[0]) or ((top or bottom or left or right) and not ((top and bottom) or (left and right))))
+    held, rim = ([m[:strip].any(), m[-strip:].any(), m[:, :strip].any(), m[:, -strip:].any()] for m in (near, part))
+    crosses = all(rim[:2]) or all(rim[2:])
+    return any(held) or (any(rim) and not crosses)
 
 
 def _edges(cleaned: Cleaned) -> MaskArray:

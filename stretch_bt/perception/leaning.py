@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.regions import closed
 from stretch_bt.perception.smooth import least_seen, medians
 from stretch_bt.perception.steps import step_of
 from stretch_bt.perception.top import Places, Points, Top, settled
@@ -274,8 +275,7 @@ def _inner(seen: _Seen, mask: MaskArray) -> npt.NDArray[np.intp]:
     import cv2
 
     wide = -(-seen.wide // seen.every) | 1
-    whole = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((HOLE, HOLE), np.uint8))
-    inner = cv2.erode(whole, np.ones((wide, wide), np.uint8)).astype(bool) & seen.seen
+    inner = cv2.erode(closed(mask, HOLE).view(np.uint8), np.ones((wide, wide), np.uint8)).astype(bool) & seen.seen
     at = np.flatnonzero(inner)
     return at if at.size >= LEAST else np.flatnonzero(mask & seen.seen)
 

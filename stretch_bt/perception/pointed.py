@@ -15,7 +15,7 @@ from stretch_bt.units import Estimate
 if TYPE_CHECKING:
     from stretch_bt.perception.top import Points
 
-__all__ = ["FAINT_SHARPNESS", "LEAST_FALL", "TIPS", "of_tip", "tip_above", "tip_odds"]
+__all__ = ["FAINT_SHARPNESS", "TIPS", "of_tip", "tip_above", "tip_odds"]
 
 Array = npt.NDArray[np.float64]
 

@@ -12,6 +12,7 @@ from stretch_bt.perception.types import MaskArray
 __all__ = [
     "border",
     "bounds",
+    "closed",
     "distance",
     "filled",
     "hull",
@@ -111,6 +112,13 @@ def opened(mask: MaskArray) -> MaskArray:
     import cv2
 
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8)) > 0)
+
+
+def closed(mask: MaskArray, wide: int) -> MaskArray:
+    """Return a mask with its holes and gaps that squares of `wide` pixels along a side do not fit into."""
+    import cv2
+
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, np.ones((wide, wide), dtype=np.uint8)) > 0)
 
 
 def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:

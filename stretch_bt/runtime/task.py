@@ -19,7 +19,7 @@ from stretch_bt.runtime.record.folder import KEPT, Kept
 from stretch_bt.runtime.result import RunResult
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.view import View
-from stretch_bt.source import Scalar, closest, did_you_mean
+from stretch_bt.source import MISSPELT, Scalar, closest, did_you_mean
 from stretch_bt.source.scene_params import scene_params
 from stretch_bt.threads_heard import threads_heard
 from stretch_bt.tree.program import load_program
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
-
-#: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
-MISSPELT = 0.8
 
 
 @threads_heard()

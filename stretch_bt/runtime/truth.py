@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import NoAnswer
 from stretch_bt.hardware.measured_by import QUANTITIES
 from stretch_bt.runtime.onlooker import Onlooker
-from stretch_bt.source import closest
+from stretch_bt.source import MISSPELT, closest
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.built_tree import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
@@ -23,9 +23,6 @@ from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
 
-MISSPELT = (
-    0.8  # least likeness, 0 to 1, to a quantity of the scene at which an unknown name is taken for a typing error
-)
 Known = Mapping[str, float]  # by the attribute of a value that it belongs to; of the value itself by ""
 
 

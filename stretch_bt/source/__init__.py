@@ -7,12 +7,13 @@ once, at its place, with a suggestion. Anchors are expanded by copying, within a
 from stretch_bt.source.compose import parse
 from stretch_bt.source.fit import FILE_KINDS, validate
 from stretch_bt.source.read import load, read_text, resolve
-from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, stands_already, unknown_key
+from stretch_bt.source.suggest import MISSPELT, closest, did_you_mean, few_suggestions, stands_already, unknown_key
 from stretch_bt.source.syntax import lines_of
 from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null, told, walk
 
 __all__ = [
     "FILE_KINDS",
+    "MISSPELT",
     "TRUTHS",
     "Map",
     "Mark",

@@ -9,12 +9,14 @@ from contextvars import ContextVar
 
 from stretch_bt.source.values import Map, Scalar, Value
 
-__all__ = ["closest", "did_you_mean", "few_suggestions", "stands_already", "unknown_key"]
+__all__ = ["MISSPELT", "closest", "did_you_mean", "few_suggestions", "stands_already", "unknown_key"]
 
 #: characters of a word that is compared with others, which takes the square of its length
 _LONGEST = 200
 #: pairs of characters that one check compares, a quarter of a second of them; a mistake among 150 names takes 20,000
 MOST = 1_500_000
+#: how like a known word, 0 to 1, a name is that is taken for a slip where other names are right, too
+MISSPELT = 0.8
 #: known words that a suggestion lists in full
 _FEW = 24
 

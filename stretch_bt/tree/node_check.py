@@ -86,13 +86,13 @@ def _check_limit(name: str, declared: Port) -> None:
 
 
 def _check_truth(name: str, declared: Port, type_: Type) -> None:
-    of_object = _attributes(type_)
+    where, of_object = f"node {name!r}, port {declared.name!r}", _attributes(type_)
     compared = {"": type_, **of_object}
     for of, quantity in declared.truth.items():
         if of not in compared:
             hint = did_you_mean(of, sorted(of_object)) if of_object else f"write truth={quantity!r}"
-            raise RegistryError(f"node {name!r}, port {declared.name!r}: the output has no attribute {of!r}; {hint}")
-        _check_kind(f"node {name!r}, port {declared.name!r}", of, compared[of], quantity)
+            raise RegistryError(f"{where}: the output has no attribute {of!r}; {hint}")
+        _check_kind(where, of, compared[of], quantity)
 
 
 def _attributes(type_: Type) -> Mapping[str, Type]:
@@ -104,11 +104,9 @@ def _check_kind(where: str, of: str, type_: Type, quantity: str) -> None:
     what = f"its {of!r}" if of else "the port"
     if not type_.is_number:
         numbers = [name for name, found in _attributes(type_).items() if found.is_number]
-        hint = (
-            f"write the attribute that is compared, as in truth={{{numbers[0]!r}: {quantity!r}}}"
-            if numbers
-            else "leave the truth out"
-        )
+        hint = "leave the truth out"
+        if numbers:
+            hint = f"write the attribute that is compared, as in truth={{{numbers[0]!r}: {quantity!r}}}"
         raise RegistryError(f"{where}: {what} is of type {type_}, but its truth {quantity!r} is a number; {hint}")
     kind = QUANTITIES.get(quantity)
     if kind is not None and type_.family is Family.QUANTITY and type_.dimension != KINDS[kind].dimension:

@@ -38,7 +38,7 @@ def test_what_is_drawn_so_is_found_with_its_error(sd, share):
 )
 def test_what_is_0_or_above_has_the_mean_and_the_deviation_of_its_posterior(seen, most):
     x = np.linspace(0, most, 400_001)
-    dense = 1.0 / most * np.exp(seen * x - x * x / 2)  # over the likelihood of 0
+    dense = np.exp(seen * x - x * x / 2) / most  # over the likelihood of 0
     one, mean, square = (np.trapezoid(dense * x**k, x) for k in range(3))
     found = perhaps_above(Estimate(seen, 1.0), most)
     assert found.value == pytest.approx(mean / (1 + one), rel=1e-4)

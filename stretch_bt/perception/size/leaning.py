@@ -12,7 +12,7 @@ from stretch_bt.perception.leaning import STEEPEST
 from stretch_bt.perception.leaning_face import BESIDE, MOST_CELLS, PAST, Around, Face, face_around
 from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.size.correlation import correlation_area
-from stretch_bt.perception.size.start import Start
+from stretch_bt.perception.size.start import HIGH, Start
 from stretch_bt.perception.types import MaskArray
 from stretch_bt.units import Estimate
 
@@ -23,9 +23,6 @@ Array = npt.NDArray[np.float64]
 SPREAD = 0.55  # standard deviation of the places in a face along an axis, over half its length
 POWER = 4.0  # of the face's outline
 LEAST_CELLS = 20  # of a contact
-FOLDS = (
-    0.6  # share of its height below which lies no face, but folds of a slack sheet that are labelled as contact, too
-)
 BY_CHANCE = 2.0  # standard deviations of the height of a contact: of the slope of the membrane around times its radius
 LEANS = 2.0  # standard deviations of the slope of a contact beyond which it leans
 INNER = 0.7  # share of the radius of a contact that lies in the plane of its face
@@ -76,7 +73,7 @@ def face_beside(cells: HeightCells, top: float) -> FaceBeside:
     """Return the face that the membrane around a contact shows, whose top is at a height, m."""
     import cv2
 
-    there = cells.valid & (cells.touching > 0.5) & (cells.height > FOLDS * top)
+    there = cells.valid & (cells.touching > 0.5) & (cells.height > HIGH * top)
     n = int(np.count_nonzero(there))
     if n < LEAST_CELLS:
         return NO_LEAN

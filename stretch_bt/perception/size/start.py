@@ -11,13 +11,13 @@ from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception.size.cells import HeightCells
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["Start", "start_of"]
+__all__ = ["HIGH", "Start", "start_of"]
 
 Array = npt.NDArray[np.float64]
 
 SMOOTH = 2.0  # cells
 LEVEL = 0.72  # share of the top above which a place counts as part of the contact, skirt included
-HIGH = 0.6  # share above which a part that is labelled as in contact may be a contact of its own
+HIGH = 0.6  # share above which a part labelled as in contact may be a contact of its own; folds of a slack sheet that are labelled lie below
 LARGE = 10e-6  # m^2 of such a part, from which it is one
 VALLEY = 0.1  # least drop of the membrane between two contacts, as a share of the top
 

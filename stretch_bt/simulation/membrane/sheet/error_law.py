@@ -23,9 +23,8 @@ _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
 _WITH_FRICTION = 0.002
 _SIDE_ADDED, _SIDE_ADDED_FLAT, _SIDE = 1.5, 0.3, 0.03
-_SIDE_OVERHANG = (
-    0.5  # over the part of the depth that a tip stands out: elements shift the contact to one side of the tip
-)
+#: over the part of the depth that a tip stands out: elements shift the contact to one side of the tip
+_SIDE_OVERHANG = 0.5
 _SIDE_FLAT, _SIDE_TILTED = 0.012, 0.03  # how far a rim, and one that the indenter stands on, spoils the force across
 
 
@@ -98,7 +97,7 @@ def relative_error(
 
 
 def side_error(
-    relative: float, sideways: float, added: tuple[float, float], *, face: float, tilted: bool, overhang: float = 0.0
+    relative: float, sideways: float, added: tuple[float, float], *, face: float, tilted: bool, overhang: float
 ) -> float:
     """Return the standard deviation of the error of either force across, over the force along z.
 
